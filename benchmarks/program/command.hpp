@@ -1,0 +1,65 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <map>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "benchmarks/program/progress.hpp"
+#include "benchmarks/program/result_document.hpp"
+
+namespace finegauge {
+
+/// What the program's exit codes mean. An interrupted run ends with 128 + the signal's number instead.
+enum ExitCode : int { exit_ok = 0, exit_check_failed = 1, exit_bad_input = 2 };
+
+/// Bad usage that the option parser cannot see: ends the program with exit_bad_input and this one message.
+class UsageError : public std::runtime_error {
+ public:
+  explicit UsageError(const std::string& message) : std::runtime_error(message) {}
+};
+
+/// Options that all commands that compute have in common.
+struct CommonOptions {
+  std::string out;               ///< directory; empty: results/NAME
+  std::vector<std::string> set;  ///< "key=value"
+  int threads = 1;
+  bool full = false, quick = false, json = false, quiet = false;
+  int vtu_every = 0;
+
+  std::filesystem::path directory(const std::string& name) const {
+    return out.empty() ? std::filesystem::path("results") / name : std::filesystem::path(out);
+  }
+};
+void add_common_options(CLI::App& command, CommonOptions& options);
+
+/// The --set options; the last one wins for a key given twice. Throws UsageError on one without "=" or without a key.
+std::map<std::string, std::string> parse_overrides(const std::vector<std::string>& set);
+
+/// Limits BLAS and OpenMP, where the program is linked to such versions of them, to so many threads.
+void limit_threads(int threads);
+
+/// Writes the result's files, the document to standard output if --json asks for it, and tells on `progress` where
+/// the files are. Returns the exit code: 128 + signal when interrupted, 1 when a check failed, else 0.
+int finish(ResultDocument& document, const CommonOptions& options, const std::filesystem::path& directory,
+           const Progress& progress);
+
+/// Each adds one command; the parsed command's number is left in `exit_code`.
+void add_list_command(CLI::App& program, int& exit_code);
+void add_run_command(CLI::App& program, int& exit_code);
+void add_reproduce_command(CLI::App& program, int& exit_code);
+void add_help_command(CLI::App& program, int& exit_code);
+
+/// Commands and studies that the program is to have and does not have yet; asking for one is an error that says so.
+struct PlannedCommand {
+  const char* name;
+  const char* about;
+};
+const std::vector<PlannedCommand>& planned_commands();
+const std::vector<PlannedCommand>& planned_studies();
+/// The scene files that come with the program, if this machine has them; sorted.
+std::vector<std::filesystem::path> known_scenes();
+
+}  // namespace finegauge

@@ -1,0 +1,36 @@
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+
+#include "benchmarks/program/command.hpp"
+#include "core/scene/scene_keys.hpp"
+
+namespace finegauge {
+
+void add_help_command(CLI::App& program, int&) {
+  CLI::App* command = program.add_subcommand("help", "Explains a command, or all keys of a scene file");
+  const auto topic = std::make_shared<std::string>();
+  command->add_option("TOPIC", *topic, "scene, or a command");
+  command->footer("Examples:\n  finegauge help scene\n  finegauge help run");
+  command->callback([&program, topic] {
+    std::string text;
+    if (*topic == "scene") {
+      text = scene_help();
+    } else if (topic->empty()) {
+      text = program.help();
+    } else {
+      for (const PlannedCommand& planned : planned_commands())
+        if (*topic == planned.name)
+          throw UsageError(*topic + " is not built yet; built are: list, run, reproduce, help");
+      const std::vector<CLI::App*> commands = program.get_subcommands({});
+      const auto found =
+          std::ranges::find(commands, *topic, [](const CLI::App* candidate) { return candidate->get_name(); });
+      if (found == commands.end())
+        throw UsageError("help: no topic \"" + *topic + "\"; topics are: scene, list, run, reproduce, help");
+      text = (*found)->help();
+    }
+    std::fputs(text.c_str(), stdout);
+  });
+}
+
+}  // namespace finegauge

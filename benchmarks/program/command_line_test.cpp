@@ -1,0 +1,165 @@
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+
+#include "verification/support/catch.hpp"
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// The program beside this test, or the one that the environment names.
+fs::path program() {
+  if (const char* given = std::getenv("FINEGAUGE_PROGRAM")) return given;
+  return fs::read_symlink("/proc/self/exe").parent_path() / "finegauge";
+}
+
+struct Outcome {
+  int exit_code = -1;
+  std::string out, err;
+};
+
+/// An empty working directory of this test, removed at its end, and runs of the program in it.
+class CommandLine {
+ public:
+  CommandLine() {
+    fs::remove_all(root_);
+    fs::create_directories(work_);
+  }
+  ~CommandLine() { fs::remove_all(root_); }
+
+  Outcome run(const std::string& arguments) const {
+    const std::string command = "cd '" + work_.string() + "' && '" + program().string() + "' " + arguments + " > '" +
+                                (root_ / "out").string() + "' 2> '" + (root_ / "err").string() + "'";
+    const int status = std::system(command.c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content(root_ / "out"), content(root_ / "err")};
+  }
+  void write(const std::string& name, const std::string& text) const { std::ofstream(work_ / name) << text; }
+  bool wrote_results() const { return fs::exists(work_ / "results") || fs::exists(work_ / "new"); }
+  fs::path work() const { return work_; }
+
+  static std::string content(const fs::path& file) {
+    std::ifstream in(file);
+    std::ostringstream text;
+    text << in.rdbuf();
+    return text.str();
+  }
+
+ private:
+  fs::path root_ = fs::temp_directory_path() / ("finegauge_command_line_" + std::to_string(::getpid()));
+  fs::path work_ = root_ / "work";
+};
+
+// Coarse enough to end in well under a second.
+const std::string block = R"(name = "block"
+[box]
+size = [2, 1, 1]
+cells = [4, 2, 2]
+[material]
+youngs_modulus = 1e3
+poisson_ratio = 0.3
+[[support]]
+surface = "x_min"
+[[load]]
+surface = "x_max"
+traction = [0, 0, -1]
+[adapt]
+steps = 2
+[[quantity]]
+kind = "displacement"
+name = "tip"
+point = [2, 0.5, 0.5]
+)";
+
+}  // namespace
+
+TEST_CASE("every command explains itself with an example", "[command-line]") {
+  const CommandLine shell;
+  for (const std::string arguments : {"--help", "list --help", "run --help", "reproduce --help", "help --help"}) {
+    CAPTURE(arguments);
+    const Outcome outcome = shell.run(arguments);
+    CHECK(outcome.exit_code == 0);
+    CHECK(outcome.out.find("Example") != std::string::npos);
+  }
+  const Outcome keys = shell.run("help scene");
+  CHECK(keys.exit_code == 0);
+  CHECK(keys.out.find("poisson_ratio") != std::string::npos);
+  CHECK(shell.run("list").exit_code == 0);
+}
+
+TEST_CASE("bad usage and bad input end with code 2, a message, and nothing written", "[command-line]") {
+  const CommandLine shell;
+  shell.write("block.toml", block);
+  shell.write("empty.toml", "");
+  for (const std::string arguments :
+       {"", "unknown", "run", "run --nonsense block.toml", "run missing.toml", "run empty.toml",
+        "run block.toml --set material.poisson_ratio=0.6", "run block.toml --set nonsense",
+        "run block.toml --threads 0", "run block.toml --set material.colour=3", "run block.toml --quick --full",
+        "run block.toml -o new --vtu 0", "reproduce nonsense -o new", "reproduce phantom", "verify", "atlas --help",
+        "trade block.toml --rate 30", "help nonsense"}) {
+    CAPTURE(arguments);
+    const Outcome outcome = shell.run(arguments);
+    CHECK(outcome.exit_code == 2);
+    CHECK_FALSE(outcome.err.empty());
+    CHECK(outcome.out.empty());
+    CHECK_FALSE(shell.wrote_results());
+  }
+}
+
+TEST_CASE("what is planned says that it is not built and what is", "[command-line]") {
+  const Outcome outcome = CommandLine().run("profile some.toml --full");
+  CHECK(outcome.exit_code == 2);
+  CHECK(outcome.err.find("not built yet") != std::string::npos);
+  CHECK(outcome.err.find("reproduce") != std::string::npos);
+}
+
+TEST_CASE("a quantity at a point outside the body is refused before anything is written", "[command-line]") {
+  const CommandLine shell;
+  shell.write("block.toml", block + "[[quantity]]\nkind = \"displacement\"\nname = \"far\"\npoint = [9, 0, 0]\n");
+  const Outcome outcome = shell.run("run block.toml");
+  CHECK(outcome.exit_code == 2);
+  CHECK(outcome.err.find("quantity") != std::string::npos);
+  CHECK_FALSE(shell.wrote_results());
+}
+
+TEST_CASE("a run writes its files, the same numbers in each, and the same state twice", "[command-line]") {
+  const CommandLine shell;
+  shell.write("block.toml", block);
+  const Outcome first = shell.run("run block.toml --json --vtu 1");
+  CAPTURE(first.err);
+  REQUIRE(first.exit_code == 0);
+  const auto printed = nlohmann::json::parse(first.out);
+  const auto written = nlohmann::json::parse(CommandLine::content(shell.work() / "results/block/block.json"));
+  CHECK(printed == written);
+  REQUIRE(written["rows"].size() == 3);
+  CHECK(written["rows"][2]["hanging_nodes"].get<int>() > 0);
+  CHECK(written["rows"][0]["quantities"]["tip"][2].get<double>() < 0.0);
+  CHECK(written["summary"]["dofs"]["end"] == written["rows"][2]["dofs"]);
+  for (const char* name : {"block.csv", "block_mesh.svg", "block_0000.vtu", "block_0002.vtu", "block.pvd"}) {
+    CAPTURE(name);
+    CHECK(fs::exists(shell.work() / "results/block" / name));
+  }
+  const Outcome second = shell.run("run block.toml --json --quiet -o new");
+  REQUIRE(second.exit_code == 0);
+  CHECK(second.err.empty());
+  CHECK(nlohmann::json::parse(second.out)["summary"]["state_sha256"] == written["summary"]["state_sha256"]);
+}
+
+TEST_CASE("a solve that does not converge ends with code 1 and is kept", "[command-line]") {
+  const CommandLine shell;
+  shell.write("block.toml", block);
+  const Outcome outcome = shell.run(
+      "run block.toml --quiet --set solver.method=multigrid --set solver.iterations=1 --set "
+      "solver.relative_residual=1e-12 --set box.cells=[16,8,8] -o new");
+  CHECK(outcome.exit_code == 1);
+  CHECK(outcome.err.find("unconverged_frames") != std::string::npos);
+  const auto written = nlohmann::json::parse(CommandLine::content(shell.work() / "new/block.json"));
+  CHECK(written["rows"].back()["converged"] == false);
+  CHECK(written["checks"][0]["ok"] == false);
+}

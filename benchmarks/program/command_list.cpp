@@ -1,0 +1,87 @@
+#include <algorithm>
+#include <cstdio>
+
+#include "benchmarks/program/command.hpp"
+#include "benchmarks/program/study.hpp"
+#include "core/scene/scene_error.hpp"
+#include "core/scene/scene_reader.hpp"
+
+namespace finegauge {
+namespace {
+
+std::string about_scene(const std::filesystem::path& file) {
+  try {
+    return read_scene(file).description;
+  } catch (const SceneError& error) {
+    return std::string("cannot be read: ") + error.what();
+  }
+}
+
+void print_line(const std::string& name, const std::string& about) {
+  std::printf("  %-26s  %s\n", name.c_str(), about.c_str());
+}
+
+bool is_built(const char* study) {
+  return std::ranges::any_of(paper_studies(), [&](const Study& built) { return built.name == study; });
+}
+
+void print_list() {
+  std::printf("Scenes (finegauge run FILE):\n");
+  const std::vector<std::filesystem::path> scenes = known_scenes();
+  for (const auto& file : scenes) print_line(file.string(), about_scene(file));
+  if (scenes.empty()) std::printf("  none found in reference_data/scenes\n");
+
+  std::printf("\nStudies (finegauge reproduce STUDY):\n");
+  for (const Study& study : paper_studies()) print_line(study.name, study.about);
+
+  std::printf("\nPlanned, not built yet:\n");
+  for (const PlannedCommand& study : planned_studies())
+    if (!is_built(study.name)) print_line(std::string("reproduce ") + study.name, study.about);
+  for (const PlannedCommand& command : planned_commands()) print_line(command.name, command.about);
+}
+
+}  // namespace
+
+const std::vector<PlannedCommand>& planned_commands() {
+  static const std::vector<PlannedCommand> commands = {
+      {"verify", "order of accuracy, effectivity, reversibility: the numbers that the tests gate"},
+      {"atlas", "numerical extremes, an axis at a time"},
+      {"trade", "speed against accuracy, and the cheapest setting for an error and a rate"},
+      {"audit", "what the scene needs: one ingredient left out at a time"},
+      {"profile", "where the time goes, stage by stage"},
+      {"gate", "budgets of accuracy, counts and times"},
+      {"report", "one page of tables, plots and pictures"},
+      {"merge", "joins the parts of a sweep"}};
+  return commands;
+}
+
+const std::vector<PlannedCommand>& planned_studies() {
+  static const std::vector<PlannedCommand> studies = {
+      {"lshape", "error over degrees of freedom on the L-shape: uniform, adaptive, directional"},
+      {"tjunctions", "hanging nodes over refined cells, by pattern"},
+      {"displacement-field", "displacement along a line through the needle's tip"},
+      {"phantom", "needle insertion into a gel phantom"},
+      {"liver", "needle insertion into a breathing liver"},
+      {"liver-phantom", "insertion and withdrawal: the force loop"}};
+  return studies;
+}
+
+std::vector<std::filesystem::path> known_scenes() {
+  std::vector<std::filesystem::path> files;
+  for (const std::filesystem::path root : {"reference_data", FINEGAUGE_SOURCE_DIR "/reference_data"}) {
+    std::error_code missing;
+    for (const auto& entry : std::filesystem::directory_iterator(root / "scenes", missing))
+      if (entry.path().extension() == ".toml") files.push_back(entry.path());
+    if (!files.empty()) break;
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+void add_list_command(CLI::App& program, int&) {
+  CLI::App* command = program.add_subcommand("list", "Scenes, studies and what is planned, a line each");
+  command->footer("Example:\n  finegauge list");
+  command->callback(print_list);
+}
+
+}  // namespace finegauge

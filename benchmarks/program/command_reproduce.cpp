@@ -1,0 +1,119 @@
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <memory>
+
+#include "benchmarks/program/atomic_file.hpp"
+#include "benchmarks/program/command.hpp"
+#include "benchmarks/program/interrupt.hpp"
+#include "benchmarks/program/study.hpp"
+
+namespace finegauge {
+namespace {
+
+/// The studies asked for, each once, in the order asked for. Throws UsageError for a name that is none.
+std::vector<const Study*> chosen_studies(const std::vector<std::string>& names) {
+  std::vector<const Study*> chosen;
+  const auto choose = [&](const Study& study) {
+    if (std::ranges::find(chosen, &study) == chosen.end()) chosen.push_back(&study);
+  };
+  std::string built;
+  for (const Study& study : paper_studies()) built += (built.empty() ? "" : ", ") + study.name;
+  for (const std::string& name : names) {
+    if (name == "all") {
+      for (const Study& study : paper_studies()) choose(study);
+      continue;
+    }
+    const auto found = std::ranges::find(paper_studies(), name, &Study::name);
+    if (found != paper_studies().end()) {
+      choose(*found);
+      continue;
+    }
+    const bool planned =
+        std::ranges::any_of(planned_studies(), [&](const PlannedCommand& study) { return name == study.name; });
+    throw UsageError(
+        "reproduce: " + (planned ? "the study " + name + " is not built yet" : "no study \"" + name + "\"") +
+        "; built are: " + (built.empty() ? "none" : built));
+  }
+  return chosen;
+}
+
+int run_study(const Study& study, const CommonOptions& options, bool several) {
+  Progress progress(options.quiet);
+  ResultDocument document;
+  document.kind = "reproduce";
+  document.name = study.name;
+  document.quick = options.quick;
+  document.environment = describe_environment(options.threads);
+  StudyContext context;
+  context.quick = options.quick, context.full = options.full, context.quiet = options.quiet;
+  context.vtu_every = options.vtu_every;
+  // With several studies --out is the directory of them all.
+  context.out =
+      several && !options.out.empty() ? std::filesystem::path(options.out) / study.name : options.directory(study.name);
+  context.overrides = parse_overrides(options.set);
+  for (const auto& [key, value] : context.overrides) document.inputs.overrides[key] = value;
+  context.progress = [&](double fraction, const std::string& doing) {
+    progress.update(fraction, study.name + ": " + doing);
+  };
+  context.interrupted = [] { return interrupt_signal() != 0; };
+
+  StudyResult result = study.run(context);
+  document.rows = std::move(result.rows);
+  document.summary = std::move(result.summary);
+  document.checks = std::move(result.checks);
+  document.summary["peak_memory_mb"] = peak_memory_mb();
+  for (const StudyFile& file : result.files) write_file_atomically(context.out / file.name, file.content);
+  Json notes = Json::array();
+  for (const Plot& plot : result.plots)
+    if (const PlotReport report = draw_plot(plot, context.out); !report.written) {
+      notes.push_back(report.why_not);
+      progress.note(report.why_not);
+    }
+  if (!notes.empty()) document.summary["notes"] = notes;
+  progress.clear();
+  if (!options.json) {
+    std::printf("%s: %s%s\n\n", study.name.c_str(), study.about.c_str(), options.quick ? " (quick version)" : "");
+    for (const std::string& line : result.table) std::printf("%s\n", line.c_str());
+    std::printf("\n");
+    std::fflush(stdout);
+  }
+  return finish(document, options, context.out, progress);
+}
+
+int reproduce(const std::vector<std::string>& names, const CommonOptions& options) {
+  const std::vector<const Study*> studies = chosen_studies(names);
+  if (options.json && studies.size() > 1)
+    throw UsageError("reproduce: --json prints one document, so it takes one study");
+  parse_overrides(options.set);
+  limit_threads(options.threads);
+  int worst = exit_ok;
+  for (const Study* study : studies) {
+    const int code = run_study(*study, options, studies.size() > 1);
+    if (interrupt_signal()) return code;
+    worst = std::max(worst, code);
+  }
+  return worst;
+}
+
+}  // namespace
+
+std::span<const Study> paper_studies() {
+  static const std::vector<Study> studies = {};
+  return studies;
+}
+
+void add_reproduce_command(CLI::App& program, int& exit_code) {
+  CLI::App* command = program.add_subcommand("reproduce", "The paper's studies: columns paper, here, why they differ");
+  const auto names = std::make_shared<std::vector<std::string>>();
+  const auto options = std::make_shared<CommonOptions>();
+  command->add_option("STUDY", *names, "Studies by name (finegauge list), or all")->required();
+  add_common_options(*command, *options);
+  command->footer(
+      "Examples:\n"
+      "  finegauge reproduce lshape\n"
+      "  finegauge reproduce all --quick -o /tmp/paper");
+  command->callback([&exit_code, names, options] { exit_code = reproduce(*names, *options); });
+}
+
+}  // namespace finegauge

@@ -1,0 +1,58 @@
+#include <algorithm>
+#include <array>
+#include <sstream>
+
+#include "benchmarks/program/study.hpp"
+
+namespace finegauge {
+namespace {
+
+/// Columns that a text takes on the terminal: UTF-8 characters, not bytes.
+int shown_width(const std::string& text) {
+  return static_cast<int>(std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
+}
+
+std::string padded(const std::string& text, int width) {
+  return text + std::string(static_cast<std::size_t>(std::max(0, width - shown_width(text))), ' ');
+}
+
+std::vector<std::string> wrapped(const std::string& text, int width) {
+  std::vector<std::string> lines(1);
+  std::istringstream words(text);
+  for (std::string word; words >> word;) {
+    if (!lines.back().empty() && shown_width(lines.back()) + 1 + shown_width(word) > width) lines.emplace_back();
+    lines.back() += (lines.back().empty() ? "" : " ") + word;
+  }
+  return lines;
+}
+
+}  // namespace
+
+std::vector<std::string> comparison_table(const std::vector<ComparisonRow>& rows, int width) {
+  const ComparisonRow header{"", "paper", "here", "why they differ"};
+  std::array<int, 3> widths = {0, shown_width(header.paper), shown_width(header.here)};
+  for (const ComparisonRow& row : rows) {
+    widths[0] = std::max(widths[0], shown_width(row.quantity));
+    widths[1] = std::max(widths[1], shown_width(row.paper));
+    widths[2] = std::max(widths[2], shown_width(row.here));
+  }
+  const int left = widths[0] + widths[1] + widths[2] + 9;
+  std::vector<std::string> lines;
+  const auto add = [&](const ComparisonRow& row) {
+    const std::vector<std::string> why = wrapped(row.why, std::max(24, width - left));
+    for (std::size_t i = 0; i < why.size(); ++i) {
+      std::string line = padded(i ? "" : row.quantity, widths[0]) + " | " + padded(i ? "" : row.paper, widths[1]) +
+                         " | " + padded(i ? "" : row.here, widths[2]) + " | " + why[i];
+      line.erase(line.find_last_not_of(' ') + 1);
+      lines.push_back(line);
+    }
+  };
+  add(header);
+  std::string rule;
+  for (const int w : widths) rule += std::string(static_cast<std::size_t>(w) + 1, '-') + "+-";
+  lines.push_back(rule + std::string(static_cast<std::size_t>(shown_width(header.why)), '-'));
+  for (const ComparisonRow& row : rows) add(row);
+  return lines;
+}
+
+}  // namespace finegauge

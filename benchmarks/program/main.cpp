@@ -1,0 +1,71 @@
+#include <cstdio>
+#include <exception>
+
+#include "benchmarks/program/build_info.hpp"
+#include "benchmarks/program/command.hpp"
+#include "benchmarks/program/interrupt.hpp"
+#include "core/scene/scene_error.hpp"
+
+namespace {
+
+using namespace finegauge;
+
+/// A command that is planned takes any arguments, so that the answer is always that it is not built.
+void add_planned_commands(CLI::App& program) {
+  for (const PlannedCommand& planned : planned_commands()) {
+    CLI::App* command = program.add_subcommand(planned.name, planned.about)->group("")->allow_extras();
+    command->set_help_flag();
+    command->callback([name = planned.name] {
+      throw UsageError(std::string("finegauge ") + name + " is not built yet; built are: list, run, reproduce, help");
+    });
+  }
+}
+
+int run_program(int argc, char** argv) {
+  CLI::App program("finegauge: verification and benchmarks of adaptive finite element methods for surgical simulation");
+  program.set_version_flag("--version",
+                           std::string("finegauge ") + build_info::version + " (" + build_info::commit + ")");
+  program.footer(
+      "Examples:\n"
+      "  finegauge list\n"
+      "  finegauge run reference_data/scenes/lshape.toml --set adapt.steps=4\n"
+      "  finegauge reproduce lshape --quick\n"
+      "  finegauge help scene\n"
+      "\n"
+      "Exit codes: 0 done, all checks hold; 1 done, but a check or the convergence failed; 2 bad input or usage,\n"
+      "nothing is written; 130 or 143 interrupted, what was finished is kept.");
+  program.require_subcommand(1);
+  int exit_code = exit_ok;
+  add_list_command(program, exit_code);
+  add_run_command(program, exit_code);
+  add_reproduce_command(program, exit_code);
+  add_help_command(program, exit_code);
+  add_planned_commands(program);
+  try {
+    program.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) return program.exit(error);
+    std::fprintf(stderr, "finegauge: %s\nRun finegauge --help, or finegauge COMMAND --help.\n", error.what());
+    return exit_bad_input;
+  }
+  return exit_code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  catch_interrupts();
+  try {
+    return run_program(argc, argv);
+  } catch (const finegauge::SceneError& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return exit_bad_input;
+  } catch (const finegauge::UsageError& error) {
+    std::fprintf(stderr, "finegauge: %s\n", error.what());
+    return exit_bad_input;
+  } catch (const std::exception& error) {
+    // Not the user's input: a full disk, no memory.
+    std::fprintf(stderr, "finegauge: %s\n", error.what());
+    return exit_check_failed;
+  }
+}

@@ -1,0 +1,86 @@
+#include "benchmarks/program/mesh_picture.hpp"
+
+#include <limits>
+#include <string>
+
+#include "core/mesh/base_mesh.hpp"
+#include "core/mesh/refinement_forest.hpp"
+#include "verification/support/catch.hpp"
+
+using namespace finegauge;
+
+namespace {
+
+int count(const std::string& text, const std::string& part) {
+  int found = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++found;
+  return found;
+}
+
+Mesh box(CellShape shape) {
+  RefinementForest forest(box_mesh({.cells = {2, 2, 2}, .shape = shape, .removed = {}}));
+  forest.refine(forest.leaf_mesh().forest_cell[0], {});
+  return forest.leaf_mesh();
+}
+
+const Eigen::Matrix3Xd no_displacement(3, 0);
+
+}  // namespace
+
+TEST_CASE("the colour map runs from viridis' dark violet to its yellow and grows lighter all the way", "[picture]") {
+  CHECK_THAT(viridis(0.0)[0], WithinAbs(0x44 / 255.0, 1e-12));
+  CHECK_THAT(viridis(0.5)[1], WithinAbs(0x91 / 255.0, 1e-12));
+  CHECK_THAT(viridis(1.0)[2], WithinAbs(0x25 / 255.0, 1e-12));
+  CHECK(viridis(-3.0) == viridis(0.0));
+  CHECK(viridis(7.0) == viridis(1.0));
+  const auto luminance = [](double t) {
+    const auto rgb = viridis(t);
+    return 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
+  };
+  for (int k = 0; k < 100; ++k) CHECK(luminance((k + 1) / 100.0) > luminance(k / 100.0));
+}
+
+TEST_CASE("a picture shows the faces that look at the viewer and not the others", "[picture]") {
+  const CellShape shape = GENERATE(CellShape::hexahedron, CellShape::tetrahedron);
+  const Mesh mesh = box(shape);
+  // A linear field that is 1 on x = 1 and falls to 0 at x = 0; seen along x from either side it is one colour.
+  const Eigen::VectorXd nodal = mesh.nodes.row(0);
+  MeshPictureOptions options;
+  options.view = {1.0, 0.0, 0.0};
+  const std::string front = mesh_picture_svg(mesh, nodal, no_displacement, options);
+  options.view = {-1.0, 0.0, 0.0};
+  const std::string back = mesh_picture_svg(mesh, nodal, no_displacement, options);
+  REQUIRE(count(front, "<path stroke=\"none\"") > 100);
+  // The bar carries the bottom colour once per picture; the body must not differ within itself.
+  CHECK(front.find(">1<") != std::string::npos);
+  CHECK(back.find(">1<") == std::string::npos);
+  CHECK(count(front, "fill=\"#440154\" d=") == count(front, "<path stroke=\"none\""));
+}
+
+TEST_CASE("values that are not finite are drawn grey and leave the colour bar alone", "[picture]") {
+  const Mesh mesh = box(CellShape::hexahedron);
+  Eigen::VectorXd nodal = mesh.nodes.row(2);
+  const std::string whole = mesh_picture_svg(mesh, nodal, no_displacement);
+  CHECK(count(whole, "#bbbbbb") == 0);
+  nodal.setConstant(std::numeric_limits<double>::quiet_NaN());
+  const std::string none = mesh_picture_svg(mesh, nodal, no_displacement);
+  CHECK(count(none, "#bbbbbb") == count(none, "<path stroke=\"none\""));
+  CHECK(count(none, "#bbbbbb") > 100);
+  CHECK(none.find("nan") == std::string::npos);
+}
+
+TEST_CASE("titles are text, whatever characters they have", "[picture]") {
+  MeshPictureOptions options;
+  options.title = "a < b & c";
+  const Mesh mesh = box(CellShape::hexahedron);
+  const std::string svg = mesh_picture_svg(mesh, Eigen::VectorXd(mesh.nodes.row(0)), no_displacement, options);
+  CHECK(svg.find("a &lt; b &amp; c") != std::string::npos);
+}
+
+TEST_CASE("the suggested scale draws the largest displacement at a twentieth of the diagonal", "[picture]") {
+  const Mesh mesh = box(CellShape::hexahedron);
+  Eigen::Matrix3Xd u = Eigen::Matrix3Xd::Zero(3, mesh.node_count());
+  CHECK(suggested_deformation_scale(mesh, u) == 1.0);
+  u(1, 3) = 1e-3;  // 0.05 sqrt(3) / 1e-3 = 86.6, cut to one digit
+  CHECK_THAT(suggested_deformation_scale(mesh, u), WithinRel(80.0, 1e-12));
+}

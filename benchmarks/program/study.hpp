@@ -1,0 +1,61 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "benchmarks/program/plots.hpp"
+#include "benchmarks/program/result_document.hpp"
+
+namespace finegauge {
+
+/// What a study may use and must heed.
+struct StudyContext {
+  bool quick = false;  ///< a smaller version that ends in under a minute
+  bool full = false;   ///< all that the study can do, however long
+  bool quiet = false;
+  int vtu_every = 0;  ///< a VTU every so many steps; 0: none
+  std::filesystem::path out;
+  std::map<std::string, std::string> overrides;  ///< of --set; a study throws UsageError for keys that it does not know
+  /// Tells how far the study is, from 0 to 1, in a few words.
+  std::function<void(double fraction, const std::string& doing)> progress = [](double, const std::string&) {};
+  /// True once the user wants to stop: return what is finished. Asked between steps.
+  std::function<bool()> interrupted = [] { return false; };
+};
+
+/// A file of the result that the study has made in memory: a picture.
+struct StudyFile {
+  std::string name;  ///< in the output directory
+  std::string content;
+};
+
+/// What a study found.
+struct StudyResult {
+  Json rows = Json::array();
+  Json summary = Json::object();
+  Json checks = Json::array();     ///< made by `check`
+  std::vector<std::string> table;  ///< lines for the terminal, with the columns paper, here, why they differ
+  std::vector<Plot> plots;
+  std::vector<StudyFile> files;
+};
+
+struct Study {
+  std::string name;
+  std::string about;  ///< one line
+  StudyResult (*run)(const StudyContext&);
+};
+
+/// The studies of `finegauge reproduce` that exist, in the order of the paper.
+std::span<const Study> paper_studies();
+
+/// A row of the terminal's table.
+struct ComparisonRow {
+  std::string quantity, paper, here, why;
+};
+/// Aligned lines with a header "quantity | paper | here | why they differ"; the last column is wrapped at `width`.
+std::vector<std::string> comparison_table(const std::vector<ComparisonRow>& rows, int width = 118);
+
+}  // namespace finegauge

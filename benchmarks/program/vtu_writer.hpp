@@ -1,0 +1,39 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/mesh/hanging_nodes.hpp"
+#include "core/mesh/mesh.hpp"
+
+namespace finegauge {
+
+/// Fields on a mesh; those left empty are not written.
+struct VtuFields {
+  Eigen::Matrix3Xd displacement;                              ///< [m], 3 × n_nodes
+  Eigen::Matrix<double, 6, Eigen::Dynamic> recovered_stress;  ///< [Pa], xx yy zz xy yz zx, 6 × n_nodes
+  Eigen::VectorXd eta;                                        ///< η_e [√J], per cell
+  Eigen::VectorXd cell_von_mises;                             ///< [Pa], per cell
+};
+
+/// A mesh as VTK's unstructured grid (.vtu, XML, base64): rest positions as points; point data `displacement`,
+/// `hanging` (0 or 1), `recovered_stress` (in VTK's order XX YY ZZ XY YZ XZ, which is ours), `von_mises` of the
+/// recovered stress; cell data `eta_e`, `depth`, `von_mises`. A hanging node is a point like any other: the grid shows
+/// the leaves as they are, with the coarse neighbour's face straight.
+std::string vtu_text(const Mesh& mesh, const HangingNodes& hanging, const VtuFields& fields);
+
+/// Atomically, as every result file.
+void write_vtu(const std::filesystem::path& file, const Mesh& mesh, const HangingNodes& hanging,
+               const VtuFields& fields);
+
+/// The collection that ParaView opens as a time series: times and file names relative to the collection.
+void write_pvd(const std::filesystem::path& file, const std::vector<std::pair<double, std::string>>& times_and_files);
+
+/// RFC 4648, with padding.
+std::string base64(const void* data, std::size_t size);
+
+}  // namespace finegauge

@@ -1,0 +1,131 @@
+#include "benchmarks/program/vtu_writer.hpp"
+
+#include <Eigen/Geometry>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "core/mesh/base_mesh.hpp"
+#include "core/mesh/refinement_forest.hpp"
+#include "verification/support/catch.hpp"
+
+using namespace finegauge;
+
+namespace {
+
+std::vector<unsigned char> decode_base64(const std::string& text) {
+  const std::string alphabet = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::vector<unsigned char> bytes;
+  unsigned bits = 0;
+  int count = 0;
+  for (const char c : text) {
+    if (c == '=') break;
+    bits = bits << 6 | static_cast<unsigned>(alphabet.find(c));
+    if ((count += 6) >= 8) bytes.push_back(static_cast<unsigned char>(bits >> (count -= 8)));
+  }
+  return bytes;
+}
+
+/// The values of the array of this name after the given tag.
+template <class T>
+std::vector<T> read_array(const std::string& vtu, const std::string& section, const std::string& name) {
+  const std::size_t tag = vtu.find("Name=\"" + name + "\"", vtu.find("<" + section + ">"));
+  REQUIRE(tag != std::string::npos);
+  const std::size_t begin = vtu.find('>', tag) + 1;
+  const std::vector<unsigned char> bytes = decode_base64(vtu.substr(begin, vtu.find('<', begin) - begin));
+  std::uint64_t size = 0;
+  REQUIRE(bytes.size() >= sizeof size);
+  std::memcpy(&size, bytes.data(), sizeof size);
+  REQUIRE(bytes.size() == sizeof size + size);
+  std::vector<T> values(size / sizeof(T));
+  if (size) std::memcpy(values.data(), bytes.data() + sizeof size, size);
+  return values;
+}
+
+struct Refined {
+  Mesh mesh;
+  HangingNodes hanging;
+};
+Refined refined_box(CellShape shape) {
+  RefinementForest forest(box_mesh({.cells = {2, 1, 1}, .shape = shape, .removed = {}}));
+  forest.refine(forest.leaf_mesh().forest_cell[0], {});
+  Refined box{forest.leaf_mesh(), {}};
+  box.hanging = find_hanging_nodes(forest, box.mesh);
+  return box;
+}
+
+/// Three times the signed volume that VTK sees at the cell's first corner.
+double orientation(const std::vector<double>& points, const std::int64_t* corners, std::array<int, 3> ends) {
+  const auto at = [&](int k) { return Eigen::Map<const Eigen::Vector3d>(points.data() + 3 * corners[k]); };
+  return (at(ends[0]) - at(0)).cross(at(ends[1]) - at(0)).dot(at(ends[2]) - at(0));
+}
+
+}  // namespace
+
+TEST_CASE("base64 agrees with the examples of RFC 4648", "[vtu]") {
+  const auto encoded = [](const std::string& text) { return base64(text.data(), text.size()); };
+  CHECK(encoded("") == "");
+  CHECK(encoded("f") == "Zg==");
+  CHECK(encoded("fo") == "Zm8=");
+  CHECK(encoded("foobar") == "Zm9vYmFy");
+  CHECK(encoded("\xff\xfe\xfd") == "//79");
+}
+
+TEST_CASE("a grid file holds the numbers of the mesh and of its fields", "[vtu]") {
+  const Refined box = refined_box(CellShape::hexahedron);
+  const int nodes = box.mesh.node_count(), cells = box.mesh.cell_count();
+  REQUIRE(box.hanging.hanging_count() > 0);
+  VtuFields fields;
+  fields.displacement = Eigen::Matrix3Xd::Random(3, nodes);
+  fields.recovered_stress = Eigen::Matrix<double, 6, Eigen::Dynamic>::Random(6, nodes);
+  fields.eta = Eigen::VectorXd::Random(cells);
+  const std::string vtu = vtu_text(box.mesh, box.hanging, fields);
+
+  const auto points = read_array<double>(vtu, "Points", "positions");
+  const auto u = read_array<double>(vtu, "PointData", "displacement");
+  const auto stress = read_array<double>(vtu, "PointData", "recovered_stress");
+  const auto hanging = read_array<std::uint8_t>(vtu, "PointData", "hanging");
+  const auto eta = read_array<double>(vtu, "CellData", "eta_e");
+  const auto depth = read_array<std::int64_t>(vtu, "CellData", "depth");
+  REQUIRE(points.size() == 3u * nodes);
+  REQUIRE(hanging.size() == static_cast<std::size_t>(nodes));
+  REQUIRE(stress.size() == 6u * nodes);
+  REQUIRE(eta.size() == static_cast<std::size_t>(cells));
+  for (int i = 0; i < nodes; ++i) {
+    CHECK(hanging[i] == box.hanging.hangs(i));
+    for (int k = 0; k < 3; ++k) CHECK(points[3 * i + k] == box.mesh.nodes(k, i));
+    for (int k = 0; k < 3; ++k) CHECK(u[3 * i + k] == fields.displacement(k, i));
+    for (int k = 0; k < 6; ++k) CHECK(stress[6 * i + k] == fields.recovered_stress(k, i));
+  }
+  for (int e = 0; e < cells; ++e) {
+    CHECK(eta[e] == fields.eta[e]);
+    CHECK(depth[e] == box.mesh.frames[e].depth);
+  }
+  CHECK(vtu.find("Name=\"von_mises\"", vtu.find("<CellData>")) == std::string::npos);  // was not given
+}
+
+TEST_CASE("cells have positive volume in VTK's corner order", "[vtu]") {
+  const CellShape shape = GENERATE(CellShape::hexahedron, CellShape::tetrahedron);
+  const Refined box = refined_box(shape);
+  const std::string vtu = vtu_text(box.mesh, box.hanging, {});
+  const auto points = read_array<double>(vtu, "Points", "positions");
+  const auto connectivity = read_array<std::int64_t>(vtu, "Cells", "connectivity");
+  const auto offsets = read_array<std::int64_t>(vtu, "Cells", "offsets");
+  const auto types = read_array<std::uint8_t>(vtu, "Cells", "types");
+  const bool hexahedra = shape == CellShape::hexahedron;
+  const int corners = hexahedra ? 8 : 4;
+  REQUIRE(connectivity.size() == types.size() * corners);
+  for (std::size_t e = 0; e < types.size(); ++e) {
+    CHECK(types[e] == (hexahedra ? 12 : 10));
+    CHECK(offsets[e] == static_cast<std::int64_t>(e + 1) * corners);
+    const std::int64_t* cell = connectivity.data() + e * corners;
+    CHECK(orientation(points, cell, hexahedra ? std::array{1, 3, 4} : std::array{1, 2, 3}) > 0.0);
+    if (!hexahedra) continue;
+    // Around the bottom, then around the top: consecutive corners differ in one coordinate of a box.
+    for (const int k : {0, 1, 2, 4, 5, 6}) {
+      int differing = 0;
+      for (int axis = 0; axis < 3; ++axis) differing += points[3 * cell[k] + axis] != points[3 * cell[k + 1] + axis];
+      CHECK(differing == 1);
+    }
+  }
+}

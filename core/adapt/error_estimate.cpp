@@ -1,0 +1,157 @@
+#include "core/adapt/error_estimate.hpp"
+
+#include <array>
+#include <cmath>
+
+namespace finegauge {
+
+namespace {
+
+/// A stress in the first six of eight lanes, so that one vector register or two hold it. The last two hold anything
+/// finite; energies give them no weight.
+using Lanes = Eigen::Array<double, 8, 1>;
+
+const Lanes third_of_trace = (Lanes() << 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0).finished() / 3.0;
+
+/// A copy of the stresses, a cache line each: cells visit a node's eight times.
+Eigen::Matrix<double, 8, Eigen::Dynamic> padded(const Eigen::Matrix<double, 6, Eigen::Dynamic>& stress) {
+  Eigen::Matrix<double, 8, Eigen::Dynamic> lanes(8, stress.cols());
+  lanes.topRows<6>() = stress;
+  lanes.bottomRows<2>().setZero();
+  return lanes;
+}
+
+/// Σ weight · σ:C⁻¹:σ as dev σ:dev σ / (2 mu) + (tr σ)² / (9 bulk): unlike the form in E and nu it cannot turn negative
+/// by cancellation as nu -> 1/2.
+class ComplementaryEnergy {
+ public:
+  void add(double weight, const Lanes& sigma) {
+    const double trace = sigma[0] + sigma[1] + sigma[2];
+    deviatoric_ += weight * (sigma - trace * third_of_trace).square();
+    volumetric_ += weight * trace * trace;
+  }
+  double value(const Material& material) const {
+    // The off-diagonal components count twice.
+    const double deviatoric = deviatoric_.head<3>().sum() + 2.0 * deviatoric_.segment<3>(3).sum();
+    return 0.5 / material.mu() * deviatoric + volumetric_ / (9.0 * material.bulk());
+  }
+
+ private:
+  Lanes deviatoric_ = Lanes::Zero();
+  double volumetric_ = 0.0;
+};
+
+/// From values at the corners to values at the 2×2×2 Gauss points, axis by axis.
+void interpolate_to_quadrature(std::array<Lanes, 8>& values) {
+  const double near = 0.5 * (1.0 + 1.0 / std::sqrt(3.0)), far = 1.0 - near;
+  for (const int step : {1, 2, 4})
+    for (int c = 0; c < 8; ++c) {
+      if (c & step) continue;
+      const Lanes low = values[c], high = values[c + step];
+      values[c] = near * low + far * high;
+      values[c + step] = far * low + near * high;
+    }
+}
+
+struct CellError {
+  double error_squared;  ///< ∫ (σ_h - σ_s):C⁻¹:(σ_h - σ_s) [J]
+  double energy;         ///< ∫ σ_h:C⁻¹:σ_h [J]
+  Eigen::Vector3d direction;
+};
+
+const Eigen::Vector3d equal_shares = Eigen::Vector3d::Constant(1.0 / 3.0);
+
+/// The coefficient odd in one natural coordinate and even in the two others, per axis; where their energies are
+/// round-off of the cell's error (1e-12 of it, a millionth of its amplitude) they point nowhere.
+Eigen::Vector3d directional_shares(const Material& material, const std::array<Lanes, 8>& error, double volume,
+                                   double error_squared) {
+  Eigen::Vector3d share;
+  for (int i = 0; i < 3; ++i) {
+    Lanes odd = Lanes::Zero();
+    for (int q = 0; q < 8; ++q) {
+      if ((q >> i) & 1)
+        odd += error[q];
+      else
+        odd -= error[q];
+    }
+    ComplementaryEnergy energy;
+    energy.add(volume / 64.0, odd);
+    share[i] = energy.value(material);
+  }
+  const double sum = share.sum();
+  if (!(sum > 1e-12 * error_squared && sum > 0.0)) return equal_shares;
+  return share / sum;
+}
+
+CellError hexahedron_error(const Material& material, const CellGeometry& geometry, const double* stress,
+                           const std::array<Lanes, 8>& recovered_at_corners) {
+  std::array<Lanes, 8> error = recovered_at_corners;
+  interpolate_to_quadrature(error);
+  ComplementaryEnergy error_squared, energy;
+  for (int q = 0; q < 8; ++q) {
+    Lanes sigma;
+    if (q < 7)
+      sigma = Eigen::Map<const Lanes>(stress + 6 * q);  // and two of the next point, in the lanes without weight
+    else
+      sigma << Eigen::Map<const Eigen::Array<double, 6, 1>>(stress + 6 * q), 0.0, 0.0;
+    error[q] = sigma - error[q];
+    error_squared.add(geometry.weights[q], error[q]);
+    energy.add(geometry.weights[q], sigma);
+  }
+  CellError result{error_squared.value(material), energy.value(material), equal_shares};
+  result.direction = directional_shares(material, error, geometry.volume, result.error_squared);
+  return result;
+}
+
+/// σ_h is constant and σ_s linear: ∫ N_a N_b = V (1 + δ_ab) / 20.
+CellError tetrahedron_error(const Material& material, const CellGeometry& geometry, const double* stress,
+                            const std::array<Lanes, 8>& recovered_at_corners) {
+  Lanes sigma;
+  sigma << Eigen::Map<const Eigen::Array<double, 6, 1>>(stress), 0.0, 0.0;
+  ComplementaryEnergy error_squared, energy;
+  Lanes sum = Lanes::Zero();
+  for (int c = 0; c < 4; ++c) {
+    const Lanes error = sigma - recovered_at_corners[c];
+    error_squared.add(geometry.volume / 20.0, error);
+    sum += error;
+  }
+  error_squared.add(geometry.volume / 20.0, sum);
+  energy.add(geometry.volume, sigma);
+  return {error_squared.value(material), energy.value(material), equal_shares};
+}
+
+}  // namespace
+
+ErrorEstimate estimate_error_spr(const Discretization& d, const Eigen::Matrix3Xd& u) {
+  const Mesh& mesh = d.mesh;
+  const bool hexahedra = mesh.shape == CellShape::hexahedron;
+  const CellStresses stresses = cell_stresses(d, u);
+  const Material& material = d.shapes.material();
+  const Eigen::Index doubles_per_cell = 6 * quadrature_count(mesh.shape);
+
+  ErrorEstimate estimate;
+  estimate.nodal_stress = recover_stress_spr(d, stresses);
+  estimate.eta.resize(mesh.cell_count());
+  estimate.direction.resize(3, mesh.cell_count());
+  const Eigen::Matrix<double, 8, Eigen::Dynamic> nodal = padded(estimate.nodal_stress);
+  double total_squared = 0.0, energy = 0.0;
+  CellGeometry scratch;
+  std::array<Lanes, 8> recovered;
+  for (int cell = 0; cell < mesh.cell_count(); ++cell) {
+    const CellGeometry& geometry = d.shapes.geometry(mesh, cell, scratch);
+    for (int c = 0; c < corner_count(mesh.shape); ++c) recovered[c] = nodal.col(mesh.cells[cell][c]);
+    const double* stress = stresses.quadrature.data() + doubles_per_cell * cell;
+    const CellError error = hexahedra ? hexahedron_error(material, geometry, stress, recovered)
+                                      : tetrahedron_error(material, geometry, stress, recovered);
+    estimate.eta[cell] = std::sqrt(error.error_squared);
+    estimate.direction.col(cell) = error.direction;
+    total_squared += error.error_squared;
+    energy += error.energy;
+  }
+  estimate.total = std::sqrt(total_squared);
+  estimate.energy_norm = std::sqrt(energy);
+  estimate.relative = energy > 0.0 ? estimate.total / estimate.energy_norm : 0.0;
+  return estimate;
+}
+
+}  // namespace finegauge

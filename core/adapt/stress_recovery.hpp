@@ -1,0 +1,29 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "core/elasticity/cell_response.hpp"
+#include "core/mesh/hanging_nodes.hpp"
+#include "core/space/discretization.hpp"
+
+namespace finegauge {
+
+/// Stresses of the finite element solution, global frame [Pa].
+struct CellStresses {
+  Eigen::Matrix<double, 6, Eigen::Dynamic> centre;      ///< 6 × cells
+  Eigen::Matrix<double, 6, Eigen::Dynamic> quadrature;  ///< 6 × (cells · quadrature points)
+};
+CellStresses cell_stresses(const Discretization& d, const Eigen::Matrix3Xd& u);
+
+/// Nodal stresses by superconvergent patch recovery (Zienkiewicz & Zhu 1992), global frame [Pa], 6 × n_nodes.
+///
+/// - A node inside the body that does not hang: the least-squares polynomial through the stresses at the centres of the
+///   cells around it, in coordinates centred at the node and scaled by the patch; hexahedra 1 x y z xy yz zx xyz,
+///   tetrahedra 1 x y z; fewer terms where the patch does not determine all.
+/// - A node on the boundary: the mean of the polynomials of the inner nodes that share a cell with it; where there is
+///   none, of those around its neighbours, and so on outward; in a body without inner nodes its own patch, linear.
+/// - A node that hangs: interpolated from its masters.
+Eigen::Matrix<double, 6, Eigen::Dynamic> recover_stress_spr(const Discretization& d, const CellStresses& stresses);
+
+}  // namespace finegauge

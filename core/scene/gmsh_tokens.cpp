@@ -1,0 +1,90 @@
+#include "core/scene/gmsh_tokens.hpp"
+
+#include <charconv>
+#include <cmath>
+
+#include "core/scene/scene_error.hpp"
+#include "core/scene/text_file.hpp"
+
+namespace finegauge {
+namespace {
+
+bool is_space(char c) { return c == ' ' || c == '\n' || c == '\t' || c == '\r'; }
+
+std::string shown(std::string_view word) { return "\"" + quoted_excerpt(std::string(word.substr(0, 200))) + "\""; }
+
+}  // namespace
+
+void GmshTokens::fail_at(std::size_t line, const std::string& field, const std::string& what) const {
+  throw SceneError(file_ + ":" + std::to_string(line) + ": " + field + ": " + what);
+}
+
+void GmshTokens::skip_space() {
+  std::size_t i = 0;
+  for (; i < rest_.size() && is_space(rest_[i]); ++i)
+    if (rest_[i] == '\n') ++next_line_;
+  rest_.remove_prefix(i);
+}
+
+bool GmshTokens::at_end() {
+  skip_space();
+  return rest_.empty();
+}
+
+std::string_view GmshTokens::take(const char* field) {
+  skip_space();
+  line_ = next_line_;
+  if (rest_.empty()) fail(field, "found the end of the file");
+  std::size_t size = 0;
+  while (size < rest_.size() && !is_space(rest_[size])) ++size;
+  const std::string_view word = rest_.substr(0, size);
+  rest_.remove_prefix(size);
+  return word;
+}
+
+std::string GmshTokens::word(const std::string& field) { return std::string(take(field.c_str()).substr(0, 1000)); }
+
+std::int64_t GmshTokens::integer(const char* field, std::int64_t low, std::int64_t high) {
+  const std::string_view word = take(field);
+  std::int64_t value = 0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (error != std::errc{} || end != word.data() + word.size() || value < low || value > high)
+    fail(field, "found " + shown(word) + ", allowed a whole number in [" + std::to_string(low) + ", " +
+                    std::to_string(high) + "]");
+  return value;
+}
+
+double GmshTokens::number(const char* field) {
+  const std::string_view word = take(field);
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (error != std::errc{} || end != word.data() + word.size() || !std::isfinite(value))
+    fail(field, "found " + shown(word) + ", allowed a finite number");
+  return value;
+}
+
+std::string GmshTokens::quoted(const char* field) {
+  skip_space();
+  line_ = next_line_;
+  const std::size_t line_end = rest_.find('\n');
+  const std::size_t close = rest_.empty() ? std::string_view::npos : rest_.find('"', 1);
+  if (rest_.empty() || rest_[0] != '"' || close == std::string_view::npos || close > line_end || close == 1)
+    fail(field, "found " + shown(rest_.substr(0, line_end)) + ", allowed a name in double quotes");
+  std::string name(rest_.substr(1, close - 1));
+  rest_.remove_prefix(close + 1);
+  return name;
+}
+
+void GmshTokens::expect(const std::string& section) {
+  const std::string_view word = take(section.c_str());
+  if (word != section) fail(section, "found " + shown(word) + ", allowed " + section);
+}
+
+void GmshTokens::skip_to(const std::string& section) {
+  const std::size_t opening_line = line_;
+  while (!at_end())
+    if (take(section.c_str()) == section) return;
+  fail_at(opening_line, section, "found the end of the file, allowed a section that is closed");
+}
+
+}  // namespace finegauge

@@ -1,0 +1,140 @@
+#include "core/space/supports.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+
+namespace finegauge {
+
+namespace {
+
+/// What is held at one node so far.
+struct Held {
+  Eigen::Matrix3d projector = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d displacement = Eigen::Vector3d::Zero();
+  int directions = 0;
+};
+
+/// Planes closer than this angle [rad] are one plane: their line of intersection would be round-off.
+constexpr double same_plane = 1e-6;
+
+void hold_all(Held& held, const Eigen::Vector3d& displacement) {
+  const Eigen::Vector3d rest = displacement - held.projector * displacement;
+  held.displacement += rest;
+  held.projector.setIdentity();
+  held.directions = 3;
+}
+
+/// Adds n·u = value. With r the part of n that is still free, u = displacement + alpha r/|r| meets it and all before.
+void hold_component(Held& held, const Eigen::Vector3d& n, double value) {
+  if (held.directions == 3) return;
+  const Eigen::Vector3d r = n - held.projector * n;
+  const double length = r.norm();
+  if (length < same_plane) return;
+  const Eigen::Vector3d direction = r / length;
+  held.displacement += (value - n.dot(held.displacement)) / length * direction;
+  held.projector += direction * direction.transpose();
+  if (++held.directions == 3) held.projector.setIdentity();
+}
+
+std::vector<int> surface_nodes(const BaseMesh& base, const Mesh& mesh, const std::string& surface) {
+  const auto found = base.surfaces.find(surface);
+  if (found == base.surfaces.end()) {
+    std::string known;
+    for (const auto& [name, faces] : base.surfaces) known += (known.empty() ? "" : ", ") + name;
+    throw std::invalid_argument("support on surface '" + surface + "', but the mesh has " +
+                                (known.empty() ? "no surfaces" : "only " + known));
+  }
+  std::vector<int> nodes;
+  for (const BoundaryFace& face : mesh.boundary) {
+    if (!std::binary_search(found->second.begin(), found->second.end(), face.base)) continue;
+    for (int c = 0; c < face_corner_count(mesh.shape); ++c)
+      nodes.push_back(mesh.cells[face.cell][face_corners(mesh.shape, face.face)[c]]);
+  }
+  std::sort(nodes.begin(), nodes.end());
+  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  return nodes;
+}
+
+Eigen::Vector3d prescribed(const SupportCondition& condition, const Eigen::Vector3d& X) {
+  if (!condition.displacement) return Eigen::Vector3d::Zero();
+  const Eigen::Vector3d value = condition.displacement(X);
+  if (!value.allFinite()) {
+    std::ostringstream message;
+    message << "support on surface '" << condition.surface << "': the displacement prescribed at (" << X.x() << ", "
+            << X.y() << ", " << X.z() << ") is not finite";
+    throw std::invalid_argument(message.str());
+  }
+  return value;
+}
+
+}  // namespace
+
+Supports find_supports(const BaseMesh& base, const Mesh& mesh, const HangingNodes& hanging,
+                       const std::vector<SupportCondition>& conditions) {
+  std::vector<int> slot(hanging.reduced_count(), -1);
+  std::vector<Held> held;
+  for (const SupportCondition& condition : conditions) {
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+    if (condition.normal) {
+      // Scaled by the largest component first: the square of a tiny or huge normal would leave the range.
+      const double largest = condition.normal->cwiseAbs().maxCoeff();
+      if (!(condition.normal->allFinite() && largest > 0.0))
+        throw std::invalid_argument("support on surface '" + condition.surface +
+                                    "': its normal must be finite and not zero");
+      normal = (*condition.normal / largest).normalized();
+    }
+    for (const int node : surface_nodes(base, mesh, condition.surface)) {
+      // A hanging node follows its masters, which lie on the surface too.
+      if (hanging.hangs(node)) continue;
+      int& at = slot[hanging.reduced_of[node]];
+      if (at < 0) {
+        at = static_cast<int>(held.size());
+        held.emplace_back();
+      }
+      const Eigen::Vector3d value = prescribed(condition, mesh.nodes.col(node));
+      if (condition.normal)
+        hold_component(held[at], normal, normal.dot(value));
+      else
+        hold_all(held[at], value);
+    }
+  }
+  Supports supports;
+  for (int reduced = 0; reduced < hanging.reduced_count(); ++reduced) {
+    if (slot[reduced] < 0) continue;
+    supports.reduced.push_back(reduced);
+    supports.held.push_back(held[slot[reduced]].projector);
+    supports.displacement.push_back(held[slot[reduced]].displacement);
+  }
+  return supports;
+}
+
+int free_rigid_motions(const Mesh& mesh, const HangingNodes& hanging, const Supports& supports) {
+  const int n = static_cast<int>(supports.reduced.size());
+  if (n == 0) return 6;
+  // Centred at the supported nodes and scaled by their extent: a small patch holds a large body as well as a large one.
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  const auto position = [&](int i) -> Eigen::Vector3d { return mesh.nodes.col(hanging.node_of[supports.reduced[i]]); };
+  for (int i = 0; i < n; ++i) centre += position(i) / n;
+  double extent = 0.0;
+  for (int i = 0; i < n; ++i) extent = std::max(extent, (position(i) - centre).norm());
+  if (extent == 0.0) extent = 1.0;
+
+  // Gram matrix of the held part of the six motions u = t + w × x.
+  Eigen::Matrix<double, 6, 6> gram = Eigen::Matrix<double, 6, 6>::Zero();
+  for (int i = 0; i < n; ++i) {
+    const Eigen::Vector3d x = (position(i) - centre) / extent;
+    Eigen::Matrix<double, 3, 6> motions;
+    motions << 1.0, 0.0, 0.0, 0.0, x.z(), -x.y(),  //
+        0.0, 1.0, 0.0, -x.z(), 0.0, x.x(),         //
+        0.0, 0.0, 1.0, x.y(), -x.x(), 0.0;
+    gram += motions.transpose() * supports.held[i] * motions;
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> solver(gram, Eigen::EigenvaluesOnly);
+  // Eigenvalues are squares of displacements: 1e-10 is a motion that 1e-5 of the extent holds, far above round-off.
+  return static_cast<int>((solver.eigenvalues().array() < 1e-10 * solver.eigenvalues()[5]).count());
+}
+
+}  // namespace finegauge

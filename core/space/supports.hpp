@@ -1,0 +1,41 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/mesh/hanging_nodes.hpp"
+#include "core/mesh/mesh.hpp"
+
+namespace finegauge {
+
+/// A prescribed displacement on a named surface: all of it (`normal` empty: clamped) or its component along `normal`,
+/// any direction, not only the axes.
+struct SupportCondition {
+  std::string surface;                                                  ///< a key of BaseMesh::surfaces
+  std::optional<Eigen::Vector3d> normal;                                ///< direction held; need not have length one
+  std::function<Eigen::Vector3d(const Eigen::Vector3d&)> displacement;  ///< of the rest position [m]; none: zero
+};
+
+/// The part of S that differs from the identity. For each supported node that does not hang: the projector onto the
+/// held directions, and the displacement there. Free directions are what the projector leaves.
+/// Unknowns keep three components per node that does not hang; matrices become Z A Z + κ H (H the projector, Z = I -
+/// H), which for components along the axes is the customary "zero row and column, κ on the diagonal" and also holds for
+/// inclined planes.
+struct Supports {
+  std::vector<int> reduced;                   ///< reduced node numbers, ascending
+  std::vector<Eigen::Matrix3d> held;          ///< H, symmetric projector
+  std::vector<Eigen::Vector3d> displacement;  ///< H-part of the prescribed displacement [m]
+};
+
+/// Directions prescribed twice at one node are merged; where they contradict each other the first condition wins in
+/// the directions that it holds. Throws std::invalid_argument when a surface does not exist.
+Supports find_supports(const BaseMesh& base, const Mesh& mesh, const HangingNodes& hanging,
+                       const std::vector<SupportCondition>& conditions);
+
+/// How many rigid motions (of six) the supports leave free, at rest. A static problem needs zero.
+int free_rigid_motions(const Mesh& mesh, const HangingNodes& hanging, const Supports& supports);
+
+}  // namespace finegauge

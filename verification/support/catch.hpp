@@ -1,0 +1,12 @@
+#pragma once
+
+/// Catch2 of either generation: 3 where it is installed, else 2.
+#if __has_include(<catch2/catch_all.hpp>)
+#include <catch2/catch_all.hpp>
+using Catch::Approx;
+#else
+#include <catch2/catch.hpp>  // puts Approx into the global namespace by itself
+#endif
+
+using Catch::Matchers::WithinAbs;
+using Catch::Matchers::WithinRel;

@@ -1,0 +1,286 @@
+#include "core/adapt/stress_recovery.hpp"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <random>
+#include <set>
+
+#include "core/adapt/patch_polynomial.hpp"
+#include "verification/support/catch.hpp"
+
+using namespace finegauge;
+
+namespace {
+
+using StressField = std::function<Voigt(const Eigen::Vector3d&)>;
+
+struct Case {
+  std::array<int, 3> cells = {4, 4, 4};
+  CellShape shape = CellShape::hexahedron;
+  Eigen::Vector3d size = Eigen::Vector3d::Ones();
+  double perturbation = 0.0;  ///< of the nodes, as a share of the smallest cell edge
+  Eigen::Matrix3d turned = Eigen::Matrix3d::Identity();
+  std::vector<RefinementTemplate> refinements = {};  ///< each refines the leaf in the middle of the mesh's list, twice
+};
+
+Discretization discretization_of(const Case& c) {
+  BoxMeshOptions options;
+  options.size = c.size;
+  options.cells = c.cells;
+  options.shape = c.shape;
+  BaseMesh base = box_mesh(options);
+  std::mt19937 generator(3);
+  std::uniform_real_distribution<double> uniform(-c.perturbation, c.perturbation);
+  const double edge = std::min({c.size[0] / c.cells[0], c.size[1] / c.cells[1], c.size[2] / c.cells[2]});
+  for (Eigen::Index node = 0; node < base.nodes.cols(); ++node) {
+    Eigen::Vector3d shift;
+    for (double& component : shift) component = edge * uniform(generator);
+    base.nodes.col(node) = c.turned * (base.nodes.col(node) + shift);
+  }
+  RefinementForest forest(base);
+  for (const RefinementTemplate& refinement : c.refinements)
+    for (const int part : {2, 3}) {
+      const Mesh mesh = forest.leaf_mesh();
+      forest.refine(mesh.forest_cell[mesh.cell_count() / part], refinement);
+    }
+  return discretize(forest, Material{}, {});
+}
+
+Eigen::Vector3d centre_of(const Mesh& mesh, int cell) {
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  for (int c = 0; c < corner_count(mesh.shape); ++c)
+    centre += mesh.nodes.col(mesh.cells[cell][c]) / corner_count(mesh.shape);
+  return centre;
+}
+
+CellStresses centre_stresses(const Mesh& mesh, const StressField& field) {
+  CellStresses stresses;
+  stresses.centre.resize(6, mesh.cell_count());
+  for (int cell = 0; cell < mesh.cell_count(); ++cell) stresses.centre.col(cell) = field(centre_of(mesh, cell));
+  return stresses;
+}
+
+/// Largest difference at a node over the largest value at one.
+double recovery_error(const Discretization& d, const StressField& field) {
+  const VoigtColumns recovered = recover_stress_spr(d, centre_stresses(d.mesh, field));
+  double error = 0.0, scale = 0.0;
+  for (int node = 0; node < d.mesh.node_count(); ++node) {
+    const Voigt exact = field(d.mesh.nodes.col(node));
+    error = std::max(error, (recovered.col(node) - exact).cwiseAbs().maxCoeff());
+    scale = std::max(scale, exact.cwiseAbs().maxCoeff());
+  }
+  return error / scale;
+}
+
+StressField linear_field(const Eigen::Vector3d& size) {
+  Eigen::Matrix<double, 6, 3> slopes;
+  slopes << 1, 2, 3, -1, 4, 1, 2, -2, 5, 3, 1, -1, 0.5, 2, 1, -3, 1, 2;
+  const Eigen::Matrix<double, 6, 3> scaled = slopes * size.cwiseInverse().asDiagonal();
+  return [scaled](const Eigen::Vector3d& X) -> Voigt { return Voigt::Constant(7.0) + scaled * X; };
+}
+
+/// All eight terms in the coordinates of the box before it was turned.
+StressField trilinear_field(const Case& c) {
+  return [c](const Eigen::Vector3d& X) -> Voigt {
+    const Eigen::Vector3d x = (c.turned.transpose() * X).cwiseQuotient(c.size);
+    Voigt sigma;
+    for (int k = 0; k < 6; ++k)
+      sigma[k] = 1.0 + k + x[0] - 2.0 * x[1] + k * x[2] + 3.0 * x[0] * x[1] - k * x[1] * x[2] + x[2] * x[0] +
+                 (4.0 - k) * x[0] * x[1] * x[2];
+    return sigma;
+  };
+}
+
+Eigen::Matrix3d some_turn() {
+  return Eigen::AngleAxisd(0.6, Eigen::Vector3d(1.0, 2.0, -0.5).normalized()).toRotationMatrix();
+}
+
+// Fits are exact up to round-off times the square root of the largest condition allowed, and boundary nodes
+// extrapolate by a few cells.
+constexpr double round_off = 1e-11;
+
+}  // namespace
+
+TEST_CASE("a linear stress is recovered exactly at every node", "[recovery]") {
+  const Case c = GENERATE(
+      Case{}, Case{.perturbation = 0.25}, Case{.size = {1.0, 100.0, 10.0}},
+      Case{.size = {100.0, 1.0, 10.0}, .turned = some_turn()},
+      Case{.cells = {3, 3, 3}, .shape = CellShape::tetrahedron},
+      Case{.cells = {3, 4, 2}, .shape = CellShape::tetrahedron, .perturbation = 0.1, .refinements = {{{2, 2, 2}}}},
+      Case{.refinements = {{{2, 2, 2}}, {{2, 2, 2}}}},
+      Case{.perturbation = 0.1, .refinements = {{{3, 3, 3}}, {{2, 3, 3}}, {{2, 2, 1}}}},
+      Case{.size = {1.0, 50.0, 1.0}, .refinements = {{{2, 2, 2}}, {{4, 1, 1}}}}, Case{.cells = {2, 2, 1}},
+      Case{.cells = {2, 2, 2}});
+  const Discretization d = discretization_of(c);
+  CAPTURE(c.cells, c.perturbation, c.refinements.size(), d.hanging.hanging_count());
+  if (!c.refinements.empty()) REQUIRE(d.hanging.hanging_count() > 0);
+  if (c.cells == std::array{2, 2, 1}) {
+    // One layer has no inner node, and its centres lie in a plane: the mean of a patch is all that they determine.
+    CHECK(recovery_error(d, linear_field(c.size)) > 0.01);
+    CHECK(recovery_error(d, [](const Eigen::Vector3d&) -> Voigt { return Voigt::Constant(2.0); }) < round_off);
+  } else {
+    CHECK(recovery_error(d, linear_field(c.size)) < round_off);
+  }
+}
+
+TEST_CASE("the stress of a quadratic displacement is recovered exactly on boxes", "[recovery]") {
+  // At the centre of a box the gradient of the trilinear interpolant of a quadratic function is exact.
+  const Case c = GENERATE(Case{}, Case{.size = {1.0, 3.0, 20.0}});
+  const Discretization d = discretization_of(c);
+  Eigen::Matrix3Xd u(3, d.mesh.node_count());
+  for (int node = 0; node < d.mesh.node_count(); ++node) {
+    const Eigen::Vector3d x = d.mesh.nodes.col(node);
+    u.col(node) << x[0] * x[0] + x[1] * x[2], x[0] * x[1] - x[1] * x[1], 2.0 * x[2] * x[2] + x[0] * x[2];
+  }
+  const VoigtColumns recovered = recover_stress_spr(d, cell_stresses(d, u));
+  const Material material;
+  double error = 0.0;
+  for (int node = 0; node < d.mesh.node_count(); ++node) {
+    const Eigen::Vector3d x = d.mesh.nodes.col(node);
+    Eigen::Matrix3d gradient;
+    gradient << 2.0 * x[0], x[2], x[1], x[1], x[0] - 2.0 * x[1], 0.0, x[2], 0.0, 4.0 * x[2] + x[0];
+    const Eigen::Matrix3d strain = 0.5 * (gradient + gradient.transpose());
+    const Eigen::Matrix3d sigma =
+        2.0 * material.mu() * strain + material.lambda() * strain.trace() * Eigen::Matrix3d::Identity();
+    Voigt exact;
+    exact << sigma(0, 0), sigma(1, 1), sigma(2, 2), sigma(0, 1), sigma(1, 2), sigma(2, 0);
+    error = std::max(error, (recovered.col(node) - exact).cwiseAbs().maxCoeff());
+  }
+  CHECK(error / recovered.cwiseAbs().maxCoeff() < round_off);
+}
+
+TEST_CASE("all eight terms are recovered on a regular lattice, however turned and stretched", "[recovery]") {
+  const Case c = GENERATE(Case{}, Case{.size = {1.0, 100.0, 10.0}}, Case{.turned = some_turn()},
+                          Case{.size = {1.0, 100.0, 10.0}, .turned = some_turn()});
+  CHECK(recovery_error(discretization_of(c), trilinear_field(c)) < 1e-10);
+}
+
+TEST_CASE("on a lattice the fit without a system equals the least-squares fit", "[recovery]") {
+  std::mt19937 generator(5);
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  const Eigen::Matrix3d axes = some_turn() * Eigen::Vector3d(1.0, 0.02, 0.3).asDiagonal();
+  std::array<int, 8> octants = {3, 0, 5, 1, 7, 2, 6, 4};  // where in the list of cells each octant stands
+  Eigen::Matrix3Xd centres(3, 8);
+  VoigtColumns values(6, 8);
+  for (int k = 0; k < 8; ++k) {
+    const Eigen::Vector3d y(k & 1 ? 1.0 : -1.0, k & 2 ? 1.0 : -1.0, k & 4 ? 1.0 : -1.0);
+    centres.col(octants[k]) = Eigen::Vector3d(5.0, 6.0, 7.0) + axes * y;
+    for (double& component : values.col(octants[k])) component = uniform(generator);
+  }
+  const OctantFit fast = fit_octants(octants, centres, values);
+  REQUIRE(fast.is_lattice);
+  const PatchPolynomial general = fit_patch(octants, centres, values, axes, PatchBasis::trilinear);
+  REQUIRE(general.basis == PatchBasis::trilinear);
+  for (int trial = 0; trial < 20; ++trial) {
+    const Eigen::Vector3d X =
+        Eigen::Vector3d(5.0, 6.0, 7.0) + axes * Eigen::Vector3d(uniform(generator), uniform(generator), 2.0);
+    CHECK((fast.polynomial(X) - general(X)).norm() < 1e-12 * general(X).norm() + 1e-12);
+  }
+  // One centre moved by a thousandth of an edge: no lattice any more.
+  centres(1, 0) += 1e-3 * axes.col(1).norm();
+  CHECK_FALSE(fit_octants(octants, centres, values).is_lattice);
+}
+
+TEST_CASE("a patch that does not determine eight terms drops to four and then to one", "[recovery]") {
+  // Turned by 45 degrees against the axes, xy vanishes at all eight centres. The smaller the angle that is missing, the
+  // worse the condition: about (4 / sin 2a)².
+  const auto fit_turned = [](double missing, double thickness) {
+    const Eigen::Matrix3d turn =
+        Eigen::AngleAxisd(std::numbers::pi / 4.0 - missing, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    Eigen::Matrix3Xd centres(3, 8);
+    for (int k = 0; k < 8; ++k)
+      centres.col(k) = turn * Eigen::Vector3d(k & 1 ? 1 : -1, k & 2 ? 1 : -1, k & 4 ? thickness : -thickness);
+    VoigtColumns values(6, 8);
+    const StressField field = linear_field(Eigen::Vector3d::Ones());
+    for (int k = 0; k < 8; ++k) values.col(k) = field(centres.col(k));
+    const std::array<int, 8> cells = {0, 1, 2, 3, 4, 5, 6, 7};
+    const PatchPolynomial p = fit_patch(cells, centres, values, Eigen::Matrix3d::Identity(), PatchBasis::trilinear);
+    const Eigen::Vector3d X(0.3, -0.4, 0.2);
+    if (p.basis != PatchBasis::mean) CHECK((p(X) - field(X)).norm() < 1e-10 * field(X).norm());
+    return p.basis;
+  };
+  CHECK(fit_turned(std::numbers::pi / 4.0, 1.0) == PatchBasis::trilinear);
+  CHECK(fit_turned(0.1, 1.0) == PatchBasis::trilinear);
+  CHECK(fit_turned(1e-3, 1.0) == PatchBasis::linear);
+  CHECK(fit_turned(0.0, 1.0) == PatchBasis::linear);
+  CHECK(fit_turned(0.0, 1e-3) == PatchBasis::linear);  // thin is not flat: each axis has its own scale
+  CHECK(fit_turned(0.0, 0.0) == PatchBasis::mean);
+}
+
+TEST_CASE("a boundary node takes the mean of the polynomials of the inner nodes beside it", "[recovery]") {
+  const Case c = GENERATE(Case{.perturbation = 0.2}, Case{.perturbation = 0.2, .refinements = {{{2, 2, 2}}}});
+  const Discretization d = discretization_of(c);
+  std::mt19937 generator(9);
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  const CellStresses stresses = centre_stresses(d.mesh, [&](const Eigen::Vector3d&) -> Voigt {
+    Voigt sigma;
+    for (double& component : sigma) component = uniform(generator);
+    return sigma;
+  });
+  const VoigtColumns recovered = recover_stress_spr(d, stresses);
+
+  // Slowly: every pair of nodes that share a cell. The polynomial of an inner node is known from the recovery alone
+  // only at that node, so it is fitted here again, with axes from the patch as a whole.
+  const auto patch_of = [&](int node) {
+    std::vector<int> cells;
+    for (int cell = 0; cell < d.mesh.cell_count(); ++cell)
+      for (const int corner : d.mesh.cells[cell])
+        if (corner == node) cells.push_back(cell);
+    return cells;
+  };
+  Eigen::Matrix3Xd centres(3, d.mesh.cell_count());
+  for (int cell = 0; cell < d.mesh.cell_count(); ++cell) centres.col(cell) = centre_of(d.mesh, cell);
+  int checked = 0;
+  for (int node = 0; node < d.mesh.node_count(); ++node) {
+    if (d.hanging.hangs(node) || !d.mesh.on_boundary[node]) continue;
+    std::set<int> inner;
+    for (const int cell : patch_of(node))
+      for (const int other : d.mesh.cells[cell])
+        if (!d.hanging.hangs(other) && !d.mesh.on_boundary[other]) inner.insert(other);
+    if (inner.empty()) continue;
+    Voigt mean = Voigt::Zero();
+    for (const int other : inner) {
+      std::array<int, 8> octants;
+      const std::vector<int> cells = patch_of(other);
+      REQUIRE(cells.size() == 8);
+      for (const int cell : cells) {
+        const auto& corners = d.mesh.cells[cell];
+        octants[7 - (std::find(corners.begin(), corners.end(), other) - corners.begin())] = cell;
+      }
+      const Eigen::Matrix3d axes = fit_octants(octants, centres, stresses.centre).linear_part;
+      mean += fit_patch(cells, centres, stresses.centre, axes, PatchBasis::trilinear)(d.mesh.nodes.col(node)) /
+              static_cast<double>(inner.size());
+    }
+    CHECK((recovered.col(node) - mean).norm() < 1e-10 * (1.0 + mean.norm()));
+    ++checked;
+  }
+  REQUIRE(checked >= 98);  // the surface nodes of 4 × 4 × 4 cells
+}
+
+TEST_CASE("where no inner node is near, the nearest ones are asked", "[recovery]") {
+  BoxMeshOptions options;
+  options.cells = {5, 1, 1};
+  options.size = {5.0, 1.0, 1.0};
+  RefinementForest forest(box_mesh(options));
+  const Mesh coarse = forest.leaf_mesh();
+  forest.refine(coarse.forest_cell[0], {{2, 2, 2}});
+  const Discretization d = discretize(forest, Material{}, {});
+  // The middle of the refined cell is the one inner node of the body, so its eight-term polynomial, exact on its eight
+  // cells, is what every node that does not hang gets.
+  Case c;
+  const StressField field = trilinear_field(c);
+  const CellStresses stresses = centre_stresses(d.mesh, [&](const Eigen::Vector3d& X) -> Voigt {
+    return X.x() < 1.0 ? field(X) : Voigt::Constant(1e3);  // the far cells are in nobody's patch
+  });
+  const VoigtColumns recovered = recover_stress_spr(d, stresses);
+  int far = 0;
+  for (int node = 0; node < d.mesh.node_count(); ++node) {
+    if (d.hanging.hangs(node)) continue;
+    const Eigen::Vector3d X = d.mesh.nodes.col(node);
+    far += X.x() > 2.5;
+    CHECK((recovered.col(node) - field(X)).norm() < 1e-11 * field(X).norm());
+  }
+  CHECK(far == 12);
+}
