@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "benchmarks/paper/lshape_study.hpp"
 #include "benchmarks/program/atomic_file.hpp"
 #include "benchmarks/program/command.hpp"
 #include "benchmarks/program/interrupt.hpp"
@@ -99,7 +100,9 @@ int reproduce(const std::vector<std::string>& names, const CommonOptions& option
 }  // namespace
 
 std::span<const Study> paper_studies() {
-  static const std::vector<Study> studies = {};
+  static const std::vector<Study> studies = {
+      {"lshape", "error over degrees of freedom on the L-shape: uniform, adaptive, directional (Table 1)",
+       &lshape_study}};
   return studies;
 }
 
@@ -112,7 +115,7 @@ void add_reproduce_command(CLI::App& program, int& exit_code) {
   command->footer(
       "Examples:\n"
       "  finegauge reproduce lshape\n"
-      "  finegauge reproduce all --quick -o /tmp/paper");
+      "  finegauge reproduce all --quick -o paper");
   command->callback([&exit_code, names, options] { exit_code = reproduce(*names, *options); });
 }
 

@@ -35,15 +35,8 @@ class RunFiles {
     char number[16];
     std::snprintf(number, sizeof number, "_%04d", view.step.step);
     const std::string name = scene_.name + number + ".vtu";
-    VtuFields fields;
-    fields.displacement = view.u;
-    fields.recovered_stress = view.estimate.nodal_stress;
-    fields.eta = view.estimate.eta;
-    const CellStresses stresses = cell_stresses(view.discretization, view.u);
-    fields.cell_von_mises.resize(stresses.centre.cols());
-    for (Eigen::Index e = 0; e < stresses.centre.cols(); ++e)
-      fields.cell_von_mises[e] = von_mises(stresses.centre.col(e));
-    write_vtu(directory_ / name, view.discretization.mesh, view.discretization.hanging, fields);
+    write_vtu(directory_ / name, view.discretization.mesh, view.discretization.hanging,
+              vtu_fields(view.discretization, view.u, view.estimate));
     series_.emplace_back(view.step.step, name);
     write_pvd(directory_ / (scene_.name + ".pvd"), series_);
   }
@@ -195,7 +188,7 @@ void add_run_command(CLI::App& program, int& exit_code) {
       "Writes NAME.json, NAME.csv, NAME_mesh.svg and, after two steps or more, NAME_eta.svg.\n"
       "\n"
       "Example:\n"
-      "  finegauge run reference_data/scenes/lshape.toml --set adapt.steps=4 --vtu 1 -o /tmp/lshape");
+      "  finegauge run reference_data/scenes/lshape.toml --set adapt.steps=4 --vtu 1 -o lshape");
   command->callback([&exit_code, file, options] { exit_code = run_scene(*file, *options); });
 }
 

@@ -1,36 +1,22 @@
 #include "benchmarks/program/static_run.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <optional>
 #include <span>
 #include <stdexcept>
 
 #include "benchmarks/program/material_point.hpp"
+#include "core/adapt/apply_refinements.hpp"
+#include "core/adapt/directional_marking.hpp"
 #include "core/adapt/marking.hpp"
 #include "core/scene/check_held.hpp"
 #include "core/scene/scene_error.hpp"
-#include "core/solve/multigrid.hpp"
-#include "core/space/loads.hpp"
-#include "core/space/transfer.hpp"
+#include "core/static_step.hpp"
+#include "core/stopwatch.hpp"
 
 namespace finegauge {
 namespace {
-
-class Stopwatch {
- public:
-  /// Milliseconds since construction or the last call.
-  double lap() {
-    const auto now = std::chrono::steady_clock::now();
-    const double ms = std::chrono::duration<double, std::milli>(now - last_).count();
-    last_ = now;
-    return ms;
-  }
-
- private:
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
 
 void refine_initially(RefinementForest& forest, const std::vector<InitialRefinement>& refinements) {
   for (const InitialRefinement& region : refinements)
@@ -66,6 +52,14 @@ std::vector<int> mark(const AdaptRules& rules, const Eigen::VectorXd& eta_of_cel
 std::vector<Refinement> choose_refinements(const AdaptRules& rules, const RefinementForest& forest, const Mesh& mesh,
                                            const ErrorEstimate& estimate) {
   std::vector<Refinement> chosen;
+  if (rules.policy == RefinementPolicy::directional) {
+    DirectionalMarking marking;
+    marking.theta = rules.theta;
+    chosen = choose_templates(mesh, estimate, marking, rules.max_depth);
+    std::erase_if(chosen,
+                  [&](const Refinement& r) { return !forest.can_refine(mesh.forest_cell[r.cell], r.refinement); });
+    return chosen;
+  }
   for (const int cell : mark(rules, estimate.eta)) {
     const int leaf = mesh.forest_cell[cell];
     if (mesh.frames[cell].depth < rules.max_depth && forest.can_refine(leaf, rules.refinement))
@@ -94,6 +88,13 @@ Json quantities_of_interest(const Scene& scene, const Mesh& mesh, const Equilibr
     values[quantity.name] = {u.x(), u.y(), u.z()};
   }
   return values;
+}
+
+/// What only the mesh can tell, before anything is solved or written.
+void check_scene_on_mesh(const Scene& scene, const RefinementForest& forest, const StaticProblem& problem) {
+  const Discretization d = discretize(forest, problem.material, problem.supports);
+  check_held(scene, d);
+  check_points(scene, d.mesh);
 }
 
 /// Why the loop ends after this step; empty while it goes on. What is marked comes afterwards.
@@ -130,40 +131,27 @@ Json to_json(const StaticStep& s) {
 }
 
 StaticRun run_static(const Scene& scene, const StaticObserver& observer) {
-  if (scene.adapt && scene.adapt->policy == RefinementPolicy::directional)
-    throw SceneError(scene.file +
-                     ": adapt.policy: found \"directional\", which run cannot do; allowed is \"template\"");
   RefinementForest forest(base_mesh(scene));
   refine_initially(forest, scene.refinements);
-  const std::vector<SupportCondition> supports = support_conditions(scene);
-  const BodyForce body = body_force(scene);
+  const StaticProblem problem{scene.material, support_conditions(scene), scene.loads, body_force(scene), scene.solver};
   StaticRun run;
   std::vector<Refinement> chosen;
-  Mesh mesh_before;
+  FactorCache factors;
+  std::optional<StaticSolution> solution;
+  check_scene_on_mesh(scene, forest, problem);
   for (int number = 0;; ++number) {
     StaticStep step;
     step.step = number;
     Stopwatch watch;
-    for (const Refinement& r : chosen) forest.refine(mesh_before.forest_cell[r.cell], r.refinement);
-    run.refined += static_cast<int>(chosen.size());
-    const Discretization d = discretize(forest, scene.material, supports);
-    const MeshHierarchy hierarchy = build_hierarchy(forest, d, supports);
-    const Eigen::Matrix3Xd start = number ? transfer(mesh_before, run.u, d.mesh)
-                                          : Eigen::Matrix3Xd(Eigen::Matrix3Xd::Zero(3, d.mesh.node_count()));
+    if (solution) run.refined += apply_refinements(forest, solution->discretization.mesh, chosen);
     step.topology_ms = watch.lap();
-    if (number == 0) {
-      check_held(scene, d);
-      check_points(scene, d.mesh);
-      watch.lap();
-    }
-    const Eigen::Matrix3Xd loads = nodal_loads(forest.base(), d.mesh, scene.loads, body);
-    const double loads_ms = watch.lap();
-    Equilibrium equilibrium = solve_equilibrium(d, hierarchy, loads, start, scene.solver);
-    step.assemble_ms = loads_ms + equilibrium.times.assemble_ms;
-    step.reduce_ms = equilibrium.times.reduce_ms, step.solve_ms = equilibrium.times.solve_ms;
-    watch.lap();
-    const ErrorEstimate estimate = estimate_error_spr(d, equilibrium.u);
-    step.estimate_ms = watch.lap();
+    solution = solve_static(forest, problem, solution ? &*solution : nullptr, factors);
+    const Discretization& d = solution->discretization;
+    const Equilibrium& equilibrium = solution->equilibrium;
+    const ErrorEstimate& estimate = solution->estimate;
+    step.topology_ms += solution->times.topology_ms;
+    step.assemble_ms = solution->times.assemble_ms, step.reduce_ms = solution->times.reduce_ms;
+    step.solve_ms = solution->times.solve_ms, step.estimate_ms = solution->times.estimate_ms;
 
     step.cells = d.mesh.cell_count(), step.nodes = d.mesh.node_count();
     step.hanging_nodes = d.hanging.hanging_count(), step.dofs = d.dof_count();
@@ -184,7 +172,7 @@ StaticRun run_static(const Scene& scene, const StaticObserver& observer) {
     step.total_ms =
         step.topology_ms + step.assemble_ms + step.reduce_ms + step.solve_ms + step.estimate_ms + step.mark_ms;
     run.steps.push_back(step);
-    run.u = std::move(equilibrium.u);
+    run.u = equilibrium.u;
 
     const bool last = !run.stopped_because.empty();
     const bool go_on = observer({step, d, run.u, estimate, last});
@@ -193,7 +181,6 @@ StaticRun run_static(const Scene& scene, const StaticObserver& observer) {
       run.stopped_because = "interrupted";
       return run;
     }
-    mesh_before = d.mesh;
   }
 }
 

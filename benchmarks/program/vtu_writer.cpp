@@ -131,6 +131,18 @@ std::string vtu_text(const Mesh& mesh, const HangingNodes& hanging, const VtuFie
   return out;
 }
 
+VtuFields vtu_fields(const Discretization& d, const Eigen::Matrix3Xd& u, const ErrorEstimate& estimate) {
+  VtuFields fields;
+  fields.displacement = u;
+  fields.recovered_stress = estimate.nodal_stress;
+  fields.eta = estimate.eta;
+  const CellStresses stresses = cell_stresses(d, u);
+  fields.cell_von_mises.resize(stresses.centre.cols());
+  for (Eigen::Index cell = 0; cell < stresses.centre.cols(); ++cell)
+    fields.cell_von_mises[cell] = von_mises(stresses.centre.col(cell));
+  return fields;
+}
+
 void write_vtu(const std::filesystem::path& file, const Mesh& mesh, const HangingNodes& hanging,
                const VtuFields& fields) {
   write_file_atomically(file, vtu_text(mesh, hanging, fields));

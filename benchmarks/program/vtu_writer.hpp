@@ -7,8 +7,10 @@
 #include <utility>
 #include <vector>
 
+#include "core/adapt/error_estimate.hpp"
 #include "core/mesh/hanging_nodes.hpp"
 #include "core/mesh/mesh.hpp"
+#include "core/space/discretization.hpp"
 
 namespace finegauge {
 
@@ -19,6 +21,9 @@ struct VtuFields {
   Eigen::VectorXd eta;                                        ///< η_e [√J], per cell
   Eigen::VectorXd cell_von_mises;                             ///< [Pa], per cell
 };
+
+/// The fields of a solution.
+VtuFields vtu_fields(const Discretization& d, const Eigen::Matrix3Xd& u, const ErrorEstimate& estimate);
 
 /// A mesh as VTK's unstructured grid (.vtu, XML, base64): rest positions as points; point data `displacement`,
 /// `hanging` (0 or 1), `recovered_stress` (in VTK's order XX YY ZZ XY YZ XZ, which is ours), `von_mises` of the

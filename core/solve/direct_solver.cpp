@@ -83,4 +83,15 @@ Eigen::VectorXd DirectSolver::solve(const Eigen::VectorXd& b) const {
 
 double DirectSolver::factor_nonzeros() const { return state_->common.lnz; }
 
+std::shared_ptr<const DirectSolver> FactorCache::factor(const BlockMatrix<double>& A) {
+  const BlockPattern& pattern = *A.pattern;
+  if (!solver_ || values_ != A.values || column_ != pattern.column || row_start_ != pattern.row_start) {
+    solver_ = std::make_shared<const DirectSolver>(A);
+    values_ = A.values;
+    column_ = pattern.column;
+    row_start_ = pattern.row_start;
+  }
+  return solver_;
+}
+
 }  // namespace finegauge

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <vector>
 
 #include "core/solve/solve_report.hpp"
 #include "core/space/block_matrix.hpp"
@@ -24,6 +25,18 @@ class DirectSolver {
  private:
   struct State;
   std::unique_ptr<State> state_;
+};
+
+/// Keeps the last factorization and hands it out again while the matrix is the same to the last bit, so it is never
+/// stale: the coarsest matrix of a linear problem does not change while its mesh adapts.
+class FactorCache {
+ public:
+  std::shared_ptr<const DirectSolver> factor(const BlockMatrix<double>& A);
+
+ private:
+  std::vector<int> row_start_, column_;
+  std::vector<double> values_;
+  std::shared_ptr<const DirectSolver> solver_;
 };
 
 }  // namespace finegauge

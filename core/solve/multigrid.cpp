@@ -186,7 +186,7 @@ struct Multigrid::Level {
 };
 
 Multigrid::Multigrid(const Discretization& fine, const BlockMatrix<double>& fine_matrix, const Eigen::Matrix3Xd& u,
-                     const MeshHierarchy& hierarchy) {
+                     const MeshHierarchy& hierarchy, FactorCache& factors) {
   const auto prolongation_below = [&](std::size_t level) {
     return level < hierarchy.prolongations.size() ? &hierarchy.prolongations[level] : nullptr;
   };
@@ -201,7 +201,7 @@ Multigrid::Multigrid(const Discretization& fine, const BlockMatrix<double>& fine
     apply_supports(coarse.supports, *coarse_matrix);
     levels_.push_back(std::make_unique<Level>(*coarse_matrix, coarse.supports, prolongation_below(level + 1)));
   }
-  coarsest_ = std::make_unique<DirectSolver>(coarse_matrix ? *coarse_matrix : fine_matrix);
+  coarsest_ = factors.factor(coarse_matrix ? *coarse_matrix : fine_matrix);
 }
 
 Multigrid::~Multigrid() = default;

@@ -38,9 +38,10 @@ MeshHierarchy build_hierarchy(const RefinementForest& forest, const Discretizati
 /// Borrows the discretization, the hierarchy and the pattern of the matrix.
 class Multigrid {
  public:
+  /// `factors` may bring the factor of the coarsest matrix along from an earlier mesh.
   /// `fine_matrix` with supports applied; u the nodal displacement of the fine mesh at which rotations are frozen.
   Multigrid(const Discretization& fine, const BlockMatrix<double>& fine_matrix, const Eigen::Matrix3Xd& u,
-            const MeshHierarchy& hierarchy);
+            const MeshHierarchy& hierarchy, FactorCache& factors);
   ~Multigrid();
   Multigrid(Multigrid&&) noexcept;
 
@@ -52,7 +53,7 @@ class Multigrid {
  private:
   struct Level;
   std::vector<std::unique_ptr<Level>> levels_;  ///< finest first
-  std::unique_ptr<DirectSolver> coarsest_;
+  std::shared_ptr<const DirectSolver> coarsest_;
 };
 
 }  // namespace finegauge

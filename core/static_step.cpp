@@ -1,0 +1,31 @@
+#include "core/static_step.hpp"
+
+#include "core/space/transfer.hpp"
+#include "core/stopwatch.hpp"
+
+namespace finegauge {
+
+StaticSolution solve_static(const RefinementForest& forest, const StaticProblem& problem, const StaticSolution* before,
+                            FactorCache& factors) {
+  StaticSolution solution;
+  Stopwatch watch;
+  solution.discretization = discretize(forest, problem.material, problem.supports);
+  const Discretization& d = solution.discretization;
+  const MeshHierarchy hierarchy = build_hierarchy(forest, d, problem.supports);
+  solution.multigrid_levels = 1 + static_cast<int>(hierarchy.coarse.size());
+  const Eigen::Matrix3Xd start = before ? transfer(before->discretization.mesh, before->equilibrium.u, d.mesh)
+                                        : Eigen::Matrix3Xd(Eigen::Matrix3Xd::Zero(3, d.mesh.node_count()));
+  solution.times.topology_ms = watch.lap();
+  const Eigen::Matrix3Xd loads = nodal_loads(forest.base(), d.mesh, problem.loads, problem.body);
+  solution.times.assemble_ms = watch.lap();
+  solution.equilibrium = solve_equilibrium(d, hierarchy, loads, start, problem.solver, &factors);
+  solution.times.assemble_ms += solution.equilibrium.times.assemble_ms;
+  solution.times.reduce_ms = solution.equilibrium.times.reduce_ms;
+  solution.times.solve_ms = solution.equilibrium.times.solve_ms;
+  watch.lap();
+  solution.estimate = estimate_error_spr(d, solution.equilibrium.u);
+  solution.times.estimate_ms = watch.lap();
+  return solution;
+}
+
+}  // namespace finegauge

@@ -1,0 +1,152 @@
+#include "core/solve/conjugate_gradients.hpp"
+
+#include <limits>
+
+#include "core/solve/direct_solver.hpp"
+#include "verification/support/catch.hpp"
+#include "verification/support/sample_cells.hpp"
+
+using namespace finegauge;
+
+namespace {
+
+/// A chain of springs, stiffness one in every direction, the last node tied to the ground by `ground`.
+struct Chain {
+  BlockPattern pattern;
+  BlockMatrix<double> A;
+
+  Chain(int nodes, double ground) {
+    pattern.row_start.push_back(0);
+    for (int i = 0; i < nodes; ++i) {
+      for (int j = std::max(0, i - 1); j <= std::min(nodes - 1, i + 1); ++j) {
+        if (j == i) pattern.diagonal.push_back(pattern.block_count());
+        pattern.column.push_back(j);
+      }
+      pattern.row_start.push_back(pattern.block_count());
+    }
+    A.reset(pattern);
+    for (int i = 0; i < nodes; ++i)
+      for (int p = pattern.row_start[i]; p < pattern.row_start[i + 1]; ++p) {
+        const int neighbours = (i > 0) + (i + 1 < nodes);
+        const double diagonal = neighbours + (i + 1 == nodes ? ground : 0.0);
+        A.block(p) = (pattern.column[p] == i ? diagonal : -1.0) * Eigen::Matrix3d::Identity();
+      }
+  }
+  Chain(const Chain&) = delete;
+  Chain& operator=(const Chain&) = delete;
+};
+
+const Preconditioner identity = [](const Eigen::VectorXd& r, Eigen::VectorXd& z) { z = r; };
+
+Eigen::VectorXd random_vector_of(int size, unsigned seed) {
+  std::mt19937 generator(seed);
+  Eigen::VectorXd b(size);
+  for (double& value : b) value = random_number(generator);
+  return b;
+}
+
+}  // namespace
+
+TEST_CASE("conjugate gradients end at the tolerance asked for, and say so truly", "[cg]") {
+  const double tolerance = GENERATE(1e-3, 1e-6, 1e-10);
+  const Chain chain(40, 1.0);
+  const Eigen::VectorXd b = random_vector_of(120, 1);
+  Eigen::VectorXd x = random_vector_of(120, 2), Ax;
+  const SolveReport report = conjugate_gradients(chain.A, b, identity, {tolerance, 1000}, x);
+  multiply(chain.A, x, Ax);
+  CHECK(report.converged);
+  CHECK(report.relative_residual <= tolerance);
+  CHECK(report.relative_residual == (b - Ax).norm() / b.norm());
+  CHECK(report.iterations <= 60);  // 40 different eigenvalues: 40 steps without round-off
+  CHECK(report.iterations >= 20);
+}
+
+TEST_CASE("the limit of iterations is reported as not converged", "[cg]") {
+  const Chain chain(40, 1.0);
+  const Eigen::VectorXd b = random_vector_of(120, 1);
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(120);
+  const SolveReport report = conjugate_gradients(chain.A, b, identity, {1e-10, 5}, x);
+  CHECK_FALSE(report.converged);
+  CHECK(report.iterations == 5);
+  CHECK(report.relative_residual > 1e-10);
+  CHECK(x.allFinite());
+}
+
+TEST_CASE("a start that solves the system costs no iteration", "[cg]") {
+  const Chain chain(10, 1.0);
+  Eigen::VectorXd x = random_vector_of(30, 1), b;
+  const Eigen::VectorXd start = x;
+  multiply(chain.A, x, b);
+  const SolveReport report = conjugate_gradients(chain.A, b, identity, {1e-12, 100}, x);
+  CHECK(report.converged);
+  CHECK(report.iterations == 0);
+  CHECK(x == start);
+}
+
+TEST_CASE("without a load the solution is zero, whatever the start", "[cg]") {
+  const Chain chain(10, 1.0);
+  Eigen::VectorXd x = random_vector_of(30, 1);
+  const SolveReport report = conjugate_gradients(chain.A, Eigen::VectorXd::Zero(30), identity, {1e-12, 100}, x);
+  CHECK(report.converged);
+  CHECK(report.relative_residual == 0.0);
+  CHECK(x.isZero(0.0));
+}
+
+TEST_CASE("an indefinite matrix, an indefinite preconditioner and NaN are breakdowns, not solutions", "[cg]") {
+  const Eigen::VectorXd b = random_vector_of(120, 1);
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(120);
+  SECTION("matrix") {
+    Chain chain(40, 1.0);
+    for (double& value : chain.A.values) value = -value;
+    CHECK_FALSE(conjugate_gradients(chain.A, b, identity, {1e-10, 1000}, x).converged);
+  }
+  SECTION("matrix with one negative direction") {
+    Chain chain(40, 1.0);
+    chain.A.block(chain.pattern.diagonal[0]) *= -3.0;
+    const SolveReport report = conjugate_gradients(chain.A, b, identity, {1e-10, 1000}, x);
+    CHECK_FALSE(report.converged);
+    CHECK(report.iterations < 1000);
+  }
+  SECTION("preconditioner") {
+    const Chain chain(40, 1.0);
+    const auto negative = [](const Eigen::VectorXd& r, Eigen::VectorXd& z) { z = -r; };
+    const SolveReport report = conjugate_gradients(chain.A, b, negative, {1e-10, 1000}, x);
+    CHECK_FALSE(report.converged);
+    CHECK(report.iterations == 0);
+  }
+  SECTION("NaN") {
+    const Chain chain(40, 1.0);
+    Eigen::VectorXd wrong = b;
+    wrong[7] = std::numeric_limits<double>::quiet_NaN();
+    CHECK_FALSE(conjugate_gradients(chain.A, wrong, identity, {1e-10, 1000}, x).converged);
+  }
+}
+
+TEST_CASE("the direct solver solves to round-off", "[direct]") {
+  const Chain chain(40, 1.0);
+  const Eigen::VectorXd b = random_vector_of(120, 1);
+  const DirectSolver solver(chain.A);
+  REQUIRE(solver.factored());
+  Eigen::VectorXd Ax;
+  multiply(chain.A, solver.solve(b), Ax);
+  CHECK((Ax - b).norm() <= 1e-13 * b.norm());
+  CHECK(solver.factor_nonzeros() >= 120.0);
+}
+
+TEST_CASE("the direct solver says when a matrix is singular or indefinite", "[direct]") {
+  CHECK_FALSE(DirectSolver(Chain(40, 0.0).A).factored());
+  CHECK_FALSE(DirectSolver(Chain(40, -1.0).A).factored());
+}
+
+TEST_CASE("a factor is kept while the matrix is the same to the last bit, and only then", "[direct]") {
+  FactorCache cache;
+  Chain chain(10, 1.0);
+  const auto first = cache.factor(chain.A);
+  CHECK(cache.factor(chain.A) == first);
+  const Chain same(10, 1.0);
+  CHECK(cache.factor(same.A) == first);
+  chain.A.values[0] = std::nextafter(chain.A.values[0], 2.0 * chain.A.values[0]);
+  const auto second = cache.factor(chain.A);
+  CHECK(second != first);
+  CHECK(cache.factor(Chain(11, 1.0).A) != second);
+}
