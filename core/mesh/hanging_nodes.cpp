@@ -316,7 +316,8 @@ class Elimination {
   /// Whether the terms, as the row of a node on the boundary, name nodes of its face or edge of the base only.
   bool has_closed_row(int pivot) {
     const NodeIdentity& identity = mesh_.identities[pivot];
-    if (!mesh_.on_boundary[pivot]) return true;
+    // Tetrahedra know one template, whose faces always fit: nothing is ever left to couple.
+    if (!mesh_.on_boundary[pivot] || mesh_.shape == CellShape::tetrahedron) return true;
     return std::all_of(terms_.begin(), terms_.end(),
                        [&](const Term& term) { return in_closure(mesh_.identities[term.node], identity); });
   }

@@ -275,6 +275,26 @@ TEST_CASE("on random meshes T gives up few conforming fields and adds none", "[h
   CHECK(given_up <= 5);
 }
 
+TEST_CASE("a bend that two faces of the body share is given up", "[hanging][dimension]") {
+  // Halves first along one axis here and along the other there, in one quarter of a cell.
+  RefinementForest forest(box({2, 1, 1}));
+  const auto child = [&](int cell, int k) { return forest.cell(cell).first_child + k; };
+  forest.refine(0, {{2, 1, 1}});
+  const int half = child(0, 0);
+  forest.refine(half, {{2, 1, 1}});
+  const int outer = child(half, 0), inner = child(half, 1);
+  forest.refine(outer, {{2, 1, 2}});
+  forest.refine(child(outer, 1), {{1, 2, 1}});
+  forest.refine(inner, {{1, 2, 1}});
+  forest.refine(child(inner, 0), {{1, 1, 2}});
+  const Dimension found = dimension(forest);
+  CHECK(found.nullity == 29);
+  CHECK(found.reduced == 28);
+  CHECK_THAT(found.residual, WithinAbs(0.0, 1e-12));
+  const Mesh mesh = forest.leaf_mesh();
+  check_interpolation(forest, mesh, find_hanging_nodes(forest, mesh));
+}
+
 TEST_CASE("rows of T are found on coarsened levels too", "[hanging]") {
   std::mt19937 generator(12);
   RefinementForest forest(scrambled(box({2, 2, 2}), generator));
