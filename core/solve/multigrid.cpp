@@ -124,10 +124,10 @@ struct Multigrid::Level {
   }
   /// b_i minus the blocks [first, last) of row i times x.
   Lanes<float> remainder(int i, int first, int last) const {
-    Lanes<float> sum[2] = {}, row;
+    Lanes<float> sum = {}, row;
     multiply_row(values.data(), pattern->column.data(), first, last, x.data(), sum);
     load_lanes(b.data() + 3 * static_cast<std::size_t>(i), row);
-    return row - (sum[0] + sum[1]);
+    return row - sum;
   }
   void solve_diagonal(int i, const Lanes<float>& right) {
     const float* inverse = inverse_diagonal.data() + 9 * static_cast<std::size_t>(i);
@@ -146,20 +146,20 @@ struct Multigrid::Level {
   /// r = b - A x right after that sweep: what the lower triangle and the diagonal took is gone, - U x remains.
   void residual_after_forward_sweep() {
     for (int i = 0; i < pattern->size(); ++i) {
-      Lanes<float> sum[2] = {};
+      Lanes<float> sum = {};
       multiply_row(values.data(), pattern->column.data(), pattern->diagonal[i] + 1, pattern->row_start[i + 1], x.data(),
                    sum);
-      store(i, r, -(sum[0] + sum[1]));
+      store(i, r, -sum);
     }
   }
   void sweep_backward() {
     for (int i = pattern->size() - 1; i >= 0; --i) {
-      Lanes<float> sum[2] = {}, row;
+      Lanes<float> sum = {}, row;
       multiply_row(values.data(), pattern->column.data(), pattern->row_start[i], pattern->diagonal[i], x.data(), sum);
       multiply_row(values.data(), pattern->column.data(), pattern->diagonal[i] + 1, pattern->row_start[i + 1], x.data(),
                    sum);
       load_lanes(b.data() + 3 * static_cast<std::size_t>(i), row);
-      solve_diagonal(i, row - (sum[0] + sum[1]));
+      solve_diagonal(i, row - sum);
     }
   }
   /// coarse b = Z Pᵀ r.

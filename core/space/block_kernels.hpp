@@ -23,21 +23,34 @@ inline void load_lanes(const Scalar* from, Lanes<Scalar>& lanes) {
   std::memcpy(&lanes, from, sizeof lanes);
 }
 
-/// sum[0] + sum[1] += Σ A_p x_column(p) over the blocks [first, last). A block's columns are loaded four scalars at a
-/// time, the fourth belongs to the next column or block (the matrix ends in padding) and its lane is never read.
-/// Two sums, even and odd blocks, so that additions need not wait for one another; the order is fixed.
+/// One block times the vector's part at its column. A block's columns are loaded four scalars at a time; the fourth
+/// belongs to the next column or block (the matrix ends in padding) and its lane is never read.
+template <class Scalar>
+inline Lanes<Scalar> multiply_block(const Scalar* block, const Scalar* at) {
+  Lanes<Scalar> c0, c1, c2;
+  load_lanes(block, c0);
+  load_lanes(block + 3, c1);
+  load_lanes(block + 6, c2);
+  return (c0 * at[0] + c1 * at[1]) + c2 * at[2];
+}
+
+/// sum += Σ A_p x_column(p) over the blocks [first, last). Four partial sums, so that additions need not wait for one
+/// another; their order depends on the counts alone.
 template <class Scalar>
 inline void multiply_row(const Scalar* values, const int* column, int first, int last, const Scalar* x,
-                         Lanes<Scalar> (&sum)[2]) {
-  for (int p = first; p < last; ++p) {
-    const Scalar* block = values + 9 * static_cast<std::size_t>(p);
-    const Scalar* at = x + 3 * static_cast<std::size_t>(column[p]);
-    Lanes<Scalar> c0, c1, c2;
-    load_lanes(block, c0);
-    load_lanes(block + 3, c1);
-    load_lanes(block + 6, c2);
-    sum[p & 1] += c0 * at[0] + c1 * at[1] + c2 * at[2];
+                         Lanes<Scalar>& sum) {
+  const Scalar* block = values + 9 * static_cast<std::size_t>(first);
+  const auto part = [&](int p) { return x + 3 * static_cast<std::size_t>(column[p]); };
+  Lanes<Scalar> s0 = {}, s1 = {}, s2 = {}, s3 = {};
+  int p = first;
+  for (; p + 4 <= last; p += 4, block += 36) {
+    s0 += multiply_block(block, part(p));
+    s1 += multiply_block(block + 9, part(p + 1));
+    s2 += multiply_block(block + 18, part(p + 2));
+    s3 += multiply_block(block + 27, part(p + 3));
   }
+  for (; p < last; ++p, block += 9) s0 += multiply_block(block, part(p));
+  sum += (s0 + s1) + (s2 + s3);
 }
 
 }  // namespace finegauge

@@ -8,9 +8,8 @@ void multiply(const BlockMatrix<double>& A, const Eigen::VectorXd& x, Eigen::Vec
   const BlockPattern& pattern = *A.pattern;
   y.resize(x.size());
   for (int i = 0; i < pattern.size(); ++i) {
-    Lanes<double> sum[2] = {};
-    multiply_row(A.values.data(), pattern.column.data(), pattern.row_start[i], pattern.row_start[i + 1], x.data(), sum);
-    const Lanes<double> row = sum[0] + sum[1];
+    Lanes<double> row = {};
+    multiply_row(A.values.data(), pattern.column.data(), pattern.row_start[i], pattern.row_start[i + 1], x.data(), row);
     for (int k = 0; k < 3; ++k) y[3 * i + k] = row[k];
   }
 }
