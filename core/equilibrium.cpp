@@ -87,7 +87,13 @@ Equilibrium solve_linear_equilibrium(const Discretization& d, const MeshHierarch
   Eigen::VectorXd reference = loads - Ax;
   project(d.supports, reference);
   multiply(A, x, Ax);
-  const Eigen::VectorXd r = free_residual(d, loads, Ax);
+  Eigen::VectorXd r = free_residual(d, loads, Ax);
+  // A good start may well have the larger residual; one of another problem altogether, which would ask the solver for
+  // more digits than there are, is dropped.
+  if (!(r.norm() <= 1e6 * reference.norm())) {
+    x = prescribed;
+    r = reference;
+  }
   apply_supports(d.supports, A);
 
   // The start solves part of the problem: the rest needs to be solved only to the residual that the whole one asks for.
@@ -134,11 +140,13 @@ Equilibrium solve_corotational_equilibrium(const Discretization& d, const MeshHi
     const Eigen::VectorXd internal = reduce_forces(d.hanging, internal_forces(d, result.u));
     const Eigen::VectorXd r = free_residual(d, loads, internal);
     const double scale = force_scale(d, loads, internal);
-    const double norm = std::max(r.norm() - force_round_off(d, result.u), 0.0);
+    const double norm = r.norm();
     result.relative_residual = scale > 0.0 ? norm / scale : 0.0;
     result.times.solve_ms += watch.lap();
     if (!std::isfinite(result.relative_residual)) break;
-    if (result.relative_residual <= options.newton_residual) {
+    // Loads below the round-off of the positions are solved for once; nothing better can be had after that.
+    const bool all_that_positions_resolve = result.newton_iterations > 0 && norm <= force_round_off(d, result.u);
+    if (result.relative_residual <= options.newton_residual || all_that_positions_resolve) {
       result.converged = true;
       break;
     }

@@ -1,20 +1,43 @@
 #include "benchmarks/program/command.hpp"
 
 #include <dlfcn.h>
+#include <unistd.h>
 
+#include <cerrno>
+#include <cmath>
 #include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <system_error>
 
 #include "benchmarks/program/interrupt.hpp"
 
 namespace finegauge {
+namespace {
 
-void add_common_options(CLI::App& command, CommonOptions& options) {
+std::string number(double value, int digits) {
+  char text[48];
+  std::snprintf(text, sizeof text, "%.*g", digits, value);
+  return text;
+}
+
+/// "eta: 0.104397 is not in [0, 0.1]": six digits, unless these do not tell the value from the bound that it violates.
+std::string describe_failure(const Json& failed) {
+  const auto value_of = [&](const char* key) {
+    return failed.at(key).is_number() ? failed.at(key).get<double>() : std::nan("");
+  };
+  const double value = value_of("value"), low = value_of("low"), high = value_of("high");
+  const std::string low_text = number(low, 6), high_text = number(high, 6);
+  std::string text = std::isfinite(value) ? number(value, 6) : "none";
+  if (text == low_text || text == high_text) text = number(value, 17);
+  return failed.at("name").get<std::string>() + ": " + text + " is not in [" + low_text + ", " + high_text + "]";
+}
+
+}  // namespace
+
+void add_common_options(CLI::App& command, CommonOptions& options, const std::string& set_help) {
   command.add_option("-o,--out", options.out, "Directory of the result files (default: results/NAME)");
-  command
-      .add_option("--set", options.set,
-                  "KEY=VALUE: replaces a key of the scene, such as material.poisson_ratio=0.4; repeatable")
-      ->allow_extra_args(false)
-      ->type_name("KEY=VALUE");
+  command.add_option("--set", options.set, set_help)->allow_extra_args(false)->type_name("KEY=VALUE");
   command.add_option("--threads", options.threads, "Threads that linear algebra libraries may use (default: 1)")
       ->check(CLI::Range(1, 1024))
       ->type_name("N");
@@ -32,11 +55,35 @@ std::map<std::string, std::string> parse_overrides(const std::vector<std::string
   std::map<std::string, std::string> overrides;
   for (const std::string& text : set) {
     const std::size_t equals = text.find('=');
-    if (equals == std::string::npos || equals == 0)
-      throw UsageError("--set " + text + ": expected KEY=VALUE, such as --set material.poisson_ratio=0.4");
+    if (equals == std::string::npos || equals == 0) throw UsageError("--set " + text + ": expected KEY=VALUE");
     overrides[text.substr(0, equals)] = text.substr(equals + 1);
   }
   return overrides;
+}
+
+void require_writable(const std::filesystem::path& directory) {
+  const auto refuse = [&](const std::string& found) {
+    throw UsageError("--out " + directory.string() + ": found " + found + ", allowed a directory that can be written");
+  };
+  std::error_code error;
+  std::filesystem::path existing = std::filesystem::absolute(directory, error).lexically_normal();
+  // A link that leads nowhere exists too: nothing can be created in its place.
+  const auto missing = [&](const std::filesystem::path& path) {
+    return std::filesystem::symlink_status(path, error).type() == std::filesystem::file_type::not_found;
+  };
+  // Below a file the status is "not a directory" and not "not found", so the file itself is met on the way up.
+  while (existing.has_relative_path() && (missing(existing) || error == std::errc::not_a_directory))
+    existing = existing.parent_path();
+  if (!std::filesystem::is_directory(existing, error)) {
+    if (error == std::errc::permission_denied) refuse(existing.string() + ", which cannot be reached");
+    const std::string kind = std::filesystem::is_symlink(existing, error) ? "a link to no directory" : "a file";
+    const bool itself = existing == std::filesystem::absolute(directory, error).lexically_normal();
+    refuse(itself ? kind : kind + " in its path, " + existing.string());
+  }
+  // Permissions do not tell all (a superuser, a read-only file system): only trying does.
+  std::string probe = (existing / ".finegauge.XXXXXX").string();
+  if (!::mkdtemp(probe.data())) refuse(existing.string() + ", which cannot be written: " + std::strerror(errno));
+  ::rmdir(probe.c_str());
 }
 
 void limit_threads(int threads) {
@@ -59,11 +106,7 @@ int finish(ResultDocument& document, const CommonOptions& options, const std::fi
   }
   progress.note("results: " + (directory / (document.name + ".json")).string() + " and files beside it");
   for (const Json& item : document.checks)
-    if (!item.at("ok").get<bool>()) {
-      const Json value = item.at("value").is_number() ? item.at("value") : Json("none");
-      std::fprintf(stderr, "failed: %s: %s is not in [%s, %s]\n", item.at("name").get<std::string>().c_str(),
-                   value.dump().c_str(), item.at("low").dump().c_str(), item.at("high").dump().c_str());
-    }
+    if (!item.at("ok").get<bool>()) std::fprintf(stderr, "failed: %s\n", describe_failure(item).c_str());
   if (signal) {
     std::fprintf(stderr, "interrupted; what was finished is kept\n");
     return 128 + signal;

@@ -33,10 +33,15 @@ struct CommonOptions {
     return out.empty() ? std::filesystem::path("results") / name : std::filesystem::path(out);
   }
 };
-void add_common_options(CLI::App& command, CommonOptions& options);
+/// `set_help` tells which keys --set of this command takes, with an example that works.
+void add_common_options(CLI::App& command, CommonOptions& options, const std::string& set_help);
 
 /// The --set options; the last one wins for a key given twice. Throws UsageError on one without "=" or without a key.
 std::map<std::string, std::string> parse_overrides(const std::vector<std::string>& set);
+
+/// Throws UsageError when no files can be written into a directory, existing or yet to be created: to be asked before
+/// anything is computed. Leaves nothing behind.
+void require_writable(const std::filesystem::path& directory);
 
 /// Limits BLAS and OpenMP, where the program is linked to such versions of them, to so many threads.
 void limit_threads(int threads);

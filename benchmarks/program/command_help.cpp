@@ -17,7 +17,8 @@ void add_help_command(CLI::App& program, int&) {
     if (*topic == "scene") {
       text = scene_help();
     } else if (topic->empty()) {
-      text = program.help();
+      // program.help() would be that of the command given, which is this one.
+      text = program.get_formatter()->make_help(&program, "finegauge", CLI::AppFormatMode::Normal);
     } else {
       for (const PlannedCommand& planned : planned_commands())
         if (*topic == planned.name)
@@ -27,7 +28,7 @@ void add_help_command(CLI::App& program, int&) {
           std::ranges::find(commands, *topic, [](const CLI::App* candidate) { return candidate->get_name(); });
       if (found == commands.end())
         throw UsageError("help: no topic \"" + *topic + "\"; topics are: scene, list, run, reproduce, help");
-      text = (*found)->help();
+      text = (*found)->help("finegauge");
     }
     std::fputs(text.c_str(), stdout);
   });

@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
@@ -149,6 +150,87 @@ TEST_CASE("a run writes its files, the same numbers in each, and the same state 
   REQUIRE(second.exit_code == 0);
   CHECK(second.err.empty());
   CHECK(nlohmann::json::parse(second.out)["summary"]["state_sha256"] == written["summary"]["state_sha256"]);
+}
+
+TEST_CASE("an output directory that cannot be written is refused before anything is computed", "[command-line]") {
+  const CommandLine shell;
+  shell.write("block.toml", block);
+  shell.write("taken", "a file");
+  const std::string command = GENERATE("run block.toml", "reproduce lshape");
+  const std::string out = GENERATE("taken", "taken/deeper/new", "/proc/finegauge");
+  const Outcome outcome = shell.run(command + " -o " + out);
+  CAPTURE(command, out, outcome.err);
+  CHECK(outcome.exit_code == 2);
+  CHECK(outcome.out.empty());
+  CHECK(outcome.err.rfind("finegauge: --out " + out + ": found ", 0) == 0);
+  CHECK(outcome.err.find("allowed a directory that can be written") != std::string::npos);
+  CHECK(outcome.err.find("step") == std::string::npos);
+  CHECK(CommandLine::content(shell.work() / "taken") == "a file");
+}
+
+TEST_CASE("bad input leaves no output directory behind, not even one that could be written", "[command-line]") {
+  const CommandLine shell;
+  shell.write("block.toml", block + "[[quantity]]\nkind = \"displacement\"\nname = \"far\"\npoint = [9, 0, 0]\n");
+  CHECK(shell.run("run block.toml -o new/deeper").exit_code == 2);
+  CHECK(shell.run("reproduce lshape -o new/deeper --set theta=7").exit_code == 2);
+  CHECK(std::distance(fs::directory_iterator(shell.work()), {}) == 1);
+}
+
+TEST_CASE("every key that the help of reproduce names for lshape is one that it takes", "[command-line]") {
+  const CommandLine shell;
+  const std::string help = shell.run("reproduce --help").out;
+  CHECK(help.find("material.") == std::string::npos);
+  for (const char* key : {"notch", "clamped", "roller", "loaded", "theta", "directional_theta"}) {
+    CAPTURE(key);
+    CHECK(help.find(key) != std::string::npos);
+    // The bad last value ends the study while it reads its options; were the first one bad, it would be named.
+    const std::string good = std::string(key).find("theta") != std::string::npos ? "0.5"
+                             : std::string(key) == "notch"                       ? "lower_left"
+                             : std::string(key) == "clamped"                     ? "x_max"
+                                                                                 : "y_max";
+    const Outcome outcome = shell.run("reproduce lshape --set " + std::string(key) + "=" + good + " --set zzz=1");
+    CHECK(outcome.exit_code == 2);
+    CHECK(outcome.err.find("--set zzz") != std::string::npos);
+  }
+}
+
+TEST_CASE("help without a topic lists the commands, and help of a command shows how to type it", "[command-line]") {
+  const CommandLine shell;
+  const Outcome all = shell.run("help");
+  CHECK(all.exit_code == 0);
+  for (const char* command : {"list", "run", "reproduce", "Exit codes"})
+    CHECK(all.out.find(command) != std::string::npos);
+  CHECK(shell.run("help run").out.find("finegauge run [OPTIONS] SCENE") != std::string::npos);
+}
+
+TEST_CASE("a quick run is held to the tolerance unless --quick is what ended it", "[command-line]") {
+  const CommandLine shell;
+  shell.write("block.toml", block);
+  const std::string strict = "run block.toml --quick --quiet -o new --set adapt.tolerance=1e-6";
+  const Outcome all_steps = shell.run(strict);
+  CHECK(all_steps.exit_code == 1);
+  CHECK(all_steps.err.find("failed: eta: 0.") != std::string::npos);
+  CHECK(all_steps.out.find("tolerance not checked") == std::string::npos);
+  // Above the limit of --quick from the first mesh on, with more steps allowed.
+  const Outcome cut = shell.run(strict + " --set box.cells=[36,18,18] --set solver.method=multigrid");
+  CAPTURE(cut.err);
+  CHECK(cut.exit_code == 0);
+  CHECK(cut.out.find("tolerance not checked") != std::string::npos);
+  const auto written = nlohmann::json::parse(CommandLine::content(shell.work() / "new/block.json"));
+  CHECK(written["rows"].size() == 1);
+  CHECK(written["summary"]["notes"][0].get<std::string>().find("tolerance not checked") == 0);
+}
+
+TEST_CASE("the energy of interest is told apart from the strain energy of the table", "[command-line]") {
+  const CommandLine shell;
+  shell.write("block.toml", block + "[[quantity]]\nkind = \"energy\"\nname = \"work\"\n");
+  const Outcome outcome = shell.run("run block.toml --quiet -o new");
+  REQUIRE(outcome.exit_code == 0);
+  CHECK(outcome.out.find("strain energy [J]") != std::string::npos);
+  CHECK(outcome.out.find("twice the strain energy") != std::string::npos);
+  const auto written = nlohmann::json::parse(CommandLine::content(shell.work() / "new/block.json"));
+  const auto& last = written["rows"].back();
+  CHECK(last["quantities"]["work"].get<double>() == 2.0 * last["strain_energy"].get<double>());
 }
 
 TEST_CASE("a solve that does not converge ends with code 1 and is kept", "[command-line]") {

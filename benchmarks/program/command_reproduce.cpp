@@ -39,6 +39,12 @@ std::vector<const Study*> chosen_studies(const std::vector<std::string>& names) 
   return chosen;
 }
 
+/// With several studies --out is the directory of them all.
+std::filesystem::path directory_of(const Study& study, const CommonOptions& options, bool several) {
+  return several && !options.out.empty() ? std::filesystem::path(options.out) / study.name
+                                         : options.directory(study.name);
+}
+
 int run_study(const Study& study, const CommonOptions& options, bool several) {
   Progress progress(options.quiet);
   ResultDocument document;
@@ -49,9 +55,7 @@ int run_study(const Study& study, const CommonOptions& options, bool several) {
   StudyContext context;
   context.quick = options.quick, context.full = options.full, context.quiet = options.quiet;
   context.vtu_every = options.vtu_every;
-  // With several studies --out is the directory of them all.
-  context.out =
-      several && !options.out.empty() ? std::filesystem::path(options.out) / study.name : options.directory(study.name);
+  context.out = directory_of(study, options, several);
   context.overrides = parse_overrides(options.set);
   for (const auto& [key, value] : context.overrides) document.inputs.overrides[key] = value;
   context.progress = [&](double fraction, const std::string& doing) {
@@ -60,6 +64,7 @@ int run_study(const Study& study, const CommonOptions& options, bool several) {
   context.interrupted = [] { return interrupt_signal() != 0; };
 
   StudyResult result = study.run(context);
+  document.inputs.scene = result.scene, document.inputs.sha256 = result.sha256;
   document.rows = std::move(result.rows);
   document.summary = std::move(result.summary);
   document.checks = std::move(result.checks);
@@ -87,6 +92,7 @@ int reproduce(const std::vector<std::string>& names, const CommonOptions& option
   if (options.json && studies.size() > 1)
     throw UsageError("reproduce: --json prints one document, so it takes one study");
   parse_overrides(options.set);
+  for (const Study* study : studies) require_writable(directory_of(*study, options, studies.size() > 1));
   limit_threads(options.threads);
   int worst = exit_ok;
   for (const Study* study : studies) {
@@ -111,10 +117,14 @@ void add_reproduce_command(CLI::App& program, int& exit_code) {
   const auto names = std::make_shared<std::vector<std::string>>();
   const auto options = std::make_shared<CommonOptions>();
   command->add_option("STUDY", *names, "Studies by name (finegauge list), or all")->required();
-  add_common_options(*command, *options);
+  add_common_options(
+      *command, *options,
+      "KEY=VALUE: replaces a key of the study, such as notch=lower_left; repeatable. Keys of lshape: "
+      "notch (lower_left, lower_right, upper_left, upper_right), the surfaces clamped, roller and loaded "
+      "(x_min to z_max), theta and directional_theta (above 0, at most 1)");
   command->footer(
       "Examples:\n"
-      "  finegauge reproduce lshape\n"
+      "  finegauge reproduce lshape --set theta=0.5\n"
       "  finegauge reproduce all --quick -o paper");
   command->callback([&exit_code, names, options] { exit_code = reproduce(*names, *options); });
 }

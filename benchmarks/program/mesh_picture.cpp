@@ -15,7 +15,8 @@ namespace {
 constexpr std::array<std::uint32_t, 9> viridis_table = {0x440154, 0x472d7b, 0x3b528b, 0x2c728e, 0x21918c,
                                                         0x28ae80, 0x5ec962, 0xaadc32, 0xfde725};
 constexpr const char* font = "font-family=\"DejaVu Sans, Helvetica, Arial, sans-serif\"";
-constexpr const char* grey = "#bbbbbb";  // where there is no value
+constexpr const char* grey = "#bbbbbb";   // where there is no value
+constexpr const char* light = "#cfe3ec";  // where all values are the same: outlines show well on it
 
 std::string number(double value, const char* format = "%.1f") {
   char text[48];
@@ -94,6 +95,7 @@ struct FacePatch {
 
 struct ColorRange {
   double low = 0.0, high = 1.0, largest = 1.0;
+  bool uniform = false;  ///< one value everywhere, as far as four digits tell
   double share(double value) const { return std::clamp((value - low) / (high - low), 0.0, 1.0); }
 };
 
@@ -121,9 +123,11 @@ ColorRange color_range(const std::vector<FacePatch>& patches, double upper_quant
       range.high = upper_quantile < 1.0 ? value : largest;
       break;
     }
-  // A field of one value still needs a bar with two ends; rounding alone must not fill it with colours.
-  const double least = std::max(1e-12, 1e-6 * std::abs(low));
-  if (!(range.high - range.low > least)) range.high = range.low + least;
+  // Rounding and the solver's tolerance alone must not fill a field of one value with colours.
+  const double least = std::max(1e-12, 1e-4 * std::max(std::abs(low), std::abs(largest)));
+  range.uniform = !(largest - low > least);
+  // Where most of the body has one value the colours go on to the largest.
+  if (!(range.high - range.low > least)) range.high = largest;
   return range;
 }
 
@@ -153,7 +157,7 @@ void add_primitives(const FacePatch& patch, const ColorRange& range, double piec
   }
 }
 
-void draw_primitives(std::vector<Primitive>& primitives, double line_width, std::string& svg) {
+void draw_primitives(std::vector<Primitive>& primitives, bool uniform, double line_width, std::string& svg) {
   std::stable_sort(primitives.begin(), primitives.end(),
                    [](const Primitive& a, const Primitive& b) { return a.depth < b.depth; });
   // Without crispEdges neighbouring patches are blended with the background and a light net shows between them.
@@ -166,20 +170,16 @@ void draw_primitives(std::vector<Primitive>& primitives, double line_width, std:
       svg += "<path d=\"" + path + "\"/>\n";
     else
       svg += "<path stroke=\"none\" shape-rendering=\"crispEdges\" fill=\"" +
-             (p.color < 0 ? std::string(grey) : color_text(p.color / 255.0)) + "\" d=\"" + path + "Z\"/>\n";
+             (p.color < 0 ? std::string(grey)
+              : uniform   ? std::string(light)
+                          : color_text(p.color / 255.0)) +
+             "\" d=\"" + path + "Z\"/>\n";
   }
   svg += "</g>\n";
 }
 
 void draw_color_bar(const MeshPictureOptions& options, const ColorRange& range, std::string& svg) {
   const double x = options.width - 150.0, top = 130.0, bottom = options.height - 90.0, width = 22.0;
-  constexpr int bands = 96;
-  for (int k = 0; k < bands; ++k) {
-    const double y = bottom - (bottom - top) * (k + 1) / bands;
-    svg += "<rect shape-rendering=\"crispEdges\" x=\"" + number(x) + "\" y=\"" + number(y, "%.2f") + "\" width=\"" +
-           number(width) + "\" height=\"" + number((bottom - top) / bands + 0.5, "%.2f") + "\" fill=\"" +
-           color_text((k + 0.5) / bands) + "\"/>\n";
-  }
   const auto text = [&](double tx, double ty, const std::string& words, const char* more = "") {
     svg += "<text x=\"" + number(tx) + "\" y=\"" + number(ty) + "\" " + font + " fill=\"#222222\" " + more + ">" +
            escaped(words) + "</text>\n";
@@ -187,6 +187,17 @@ void draw_color_bar(const MeshPictureOptions& options, const ColorRange& range, 
   text(x + width, top - 42.0, options.quantity, "font-size=\"15\" text-anchor=\"middle\"");
   text(x + width, top - 22.0, options.unit.empty() ? "(dimensionless)" : "[" + options.unit + "]",
        "font-size=\"14\" text-anchor=\"middle\"");
+  if (range.uniform) {
+    text(x + width, top + 6.0, "uniform: " + number(range.low, "%.4g"), "font-size=\"14\" text-anchor=\"middle\"");
+    return;
+  }
+  constexpr int bands = 96;
+  for (int k = 0; k < bands; ++k) {
+    const double y = bottom - (bottom - top) * (k + 1) / bands;
+    svg += "<rect shape-rendering=\"crispEdges\" x=\"" + number(x) + "\" y=\"" + number(y, "%.2f") + "\" width=\"" +
+           number(width) + "\" height=\"" + number((bottom - top) / bands + 0.5, "%.2f") + "\" fill=\"" +
+           color_text((k + 0.5) / bands) + "\"/>\n";
+  }
   constexpr int ticks = 5;
   for (int k = 0; k < ticks; ++k) {
     const double share = double(k) / (ticks - 1), y = bottom - (bottom - top) * share;
@@ -222,7 +233,7 @@ double suggested_deformation_scale(const Mesh& mesh, const Eigen::Ref<const Eige
   const double largest = displacement.colwise().norm().maxCoeff();
   if (!(largest > 0.0) || !std::isfinite(diagonal / largest)) return 1.0;
   const double factor = share * diagonal / largest, digit = std::pow(10.0, std::floor(std::log10(factor)));
-  return std::max(1.0, std::floor(factor / digit)) * digit;
+  return std::max(1.0, std::floor(factor / digit) * digit);
 }
 
 std::string mesh_picture_svg(const Mesh& mesh, const Eigen::Ref<const Eigen::VectorXd>& nodal,
@@ -269,7 +280,7 @@ std::string mesh_picture_svg(const Mesh& mesh, const Eigen::Ref<const Eigen::Vec
                     std::to_string(options.height) + "\" width=\"" + std::to_string(options.width) + "\" height=\"" +
                     std::to_string(options.height) + "\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n";
   // Fine meshes get finer lines, or they would be black.
-  draw_primitives(primitives, std::clamp(face_size / 18.0, 0.25, 1.1), svg);
+  draw_primitives(primitives, range.uniform, std::clamp(face_size / 18.0, 0.25, 1.1), svg);
   svg += std::string("<text x=\"40\" y=\"42\" ") + font + " font-size=\"20\" fill=\"#111111\">" +
          escaped(options.title) + "</text>\n";
   std::string note = std::to_string(mesh.cell_count()) + " cells, " + std::to_string(mesh.node_count()) + " nodes";

@@ -23,8 +23,9 @@ struct MeshPictureOptions {
 
 /// An SVG picture of the boundary of the leaves, deformed, coloured by a nodal scalar, with the cells' outlines and a
 /// colour bar. Parallel projection; faces that look away are left out and the rest is drawn from back to front, in
-/// pieces, so that overhangs (a notch) hide what is behind them. Nodal values that are not finite are drawn grey.
-/// `displacement` may have no columns.
+/// pieces, so that overhangs (a notch) hide what is behind them. Nodal values that are not finite are drawn grey; a
+/// field of one value is drawn in one light colour with the value in the bar's place. `displacement` may have no
+/// columns.
 std::string mesh_picture_svg(const Mesh& mesh, const Eigen::Ref<const Eigen::VectorXd>& nodal,
                              const Eigen::Ref<const Eigen::Matrix3Xd>& displacement,
                              const MeshPictureOptions& options = {});
@@ -32,8 +33,8 @@ std::string mesh_picture_svg(const Mesh& mesh, const Eigen::Ref<const Eigen::Vec
 /// The colour map viridis at t in [0, 1], sRGB in [0, 1]: perceptually uniform, also in grey and for the colour-blind.
 std::array<double, 3> viridis(double t);
 
-/// A factor that draws the largest displacement at `share` of the body's diagonal, rounded to one digit; 1 for a body
-/// that does not move.
+/// A factor that draws the largest displacement at `share` of the body's diagonal, cut to one digit, but never below 1:
+/// a large displacement is drawn as it is. 1 for a body that does not move.
 double suggested_deformation_scale(const Mesh& mesh, const Eigen::Ref<const Eigen::Matrix3Xd>& displacement,
                                    double share = 0.05);
 

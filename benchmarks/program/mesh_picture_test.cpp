@@ -51,10 +51,23 @@ TEST_CASE("a picture shows the faces that look at the viewer and not the others"
   options.view = {-1.0, 0.0, 0.0};
   const std::string back = mesh_picture_svg(mesh, nodal, no_displacement, options);
   REQUIRE(count(front, "<path stroke=\"none\"") > 100);
-  // The bar carries the bottom colour once per picture; the body must not differ within itself.
-  CHECK(front.find(">1<") != std::string::npos);
-  CHECK(back.find(">1<") == std::string::npos);
-  CHECK(count(front, "fill=\"#440154\" d=") == count(front, "<path stroke=\"none\""));
+  CHECK(front.find(">uniform: 1<") != std::string::npos);
+  CHECK(back.find(">uniform: 0<") != std::string::npos);
+}
+
+TEST_CASE("a field of one value is drawn light, however it is rounded, and one that varies is not", "[picture]") {
+  const Mesh mesh = box(CellShape::hexahedron);
+  Eigen::VectorXd nodal = Eigen::VectorXd::Constant(mesh.node_count(), 5.0);
+  nodal += 1e-6 * mesh.nodes.row(0).transpose();  // below the three digits that a label shows
+  const std::string uniform = mesh_picture_svg(mesh, nodal, no_displacement);
+  CHECK(uniform.find(">uniform: 5<") != std::string::npos);
+  CHECK(count(uniform, "fill=\"#cfe3ec\" d=") == count(uniform, "<path stroke=\"none\""));
+  CHECK(count(uniform, "<rect") == 1);  // the background, and no colour bar
+  nodal += mesh.nodes.row(0).transpose();
+  const std::string varied = mesh_picture_svg(mesh, nodal, no_displacement);
+  CHECK(varied.find("uniform") == std::string::npos);
+  CHECK(count(varied, "#cfe3ec") == 0);
+  CHECK(count(varied, "<rect") > 10);
 }
 
 TEST_CASE("values that are not finite are drawn grey and leave the colour bar alone", "[picture]") {
@@ -83,4 +96,6 @@ TEST_CASE("the suggested scale draws the largest displacement at a twentieth of 
   CHECK(suggested_deformation_scale(mesh, u) == 1.0);
   u(1, 3) = 1e-3;  // 0.05 sqrt(3) / 1e-3 = 86.6, cut to one digit
   CHECK_THAT(suggested_deformation_scale(mesh, u), WithinRel(80.0, 1e-12));
+  u(1, 3) = 0.5;  // a sixth of it would be a twentieth of the diagonal
+  CHECK(suggested_deformation_scale(mesh, u) == 1.0);
 }

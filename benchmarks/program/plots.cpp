@@ -100,15 +100,24 @@ struct Axis {
     if (!logarithmic) return {};
     const double decades = std::log10(high / low);
     std::string list;
+    int count = 0;
+    const auto add = [&](double value) {
+      if (value < low || value > high) return;
+      list += (list.empty() ? "" : ", ") + gnuplot_string(tick_label(value)) + " " + number(value);
+      ++count;
+    };
     const std::vector<int> steps = decades > 2.4   ? std::vector<int>{1}
                                    : decades > 1.3 ? std::vector<int>{1, 2, 5}
                                                    : std::vector<int>{1, 2, 3, 4, 5, 6, 8};
     for (int e = static_cast<int>(std::floor(std::log10(low))); e <= std::ceil(std::log10(high)); ++e)
-      for (const int step : steps) {
-        const double value = step * std::pow(10.0, e);
-        if (value < low || value > high) continue;
-        list += (list.empty() ? "" : ", ") + gnuplot_string(tick_label(value)) + " " + number(value);
-      }
+      for (const int step : steps) add(step * std::pow(10.0, e));
+    if (count < 2) {
+      // Over so short a part of a decade a linear division is as good.
+      list.clear();
+      const double wanted = (high - low) / 4.0, digit = std::pow(10.0, std::floor(std::log10(wanted)));
+      const double step = digit * (wanted < 2.0 * digit ? 1.0 : wanted < 5.0 * digit ? 2.0 : 5.0);
+      for (double k = std::ceil(low / step); k * step <= high; ++k) add(k * step);
+    }
     return "set " + std::string(name) + "tics (" + list + ")\nset m" + name + "tics default\n";
   }
 };
@@ -178,7 +187,7 @@ std::string gnuplot_script(const Plot& plot, const std::filesystem::path& svg) {
     labels.push_back({i, points.back().x, points.back().y, 0.0, 0.0});
     std::string title = series.label;
     if (plot.log_x && plot.log_y && series.with_slope && points.size() > 1)
-      title += ", slope " + number(logarithmic_slope(series), "%.2f");
+      title += ", slope " + number(std::abs(logarithmic_slope(series)), "%.2f");
     const std::string color = palette[i % palette.size()];
     const bool marked = points.size() <= 60;  // a curve of many points is a line; marks would hide it
     curves += (curves.empty() ? "plot " : ", \\\n     ") + block + " using 1:2 with " +

@@ -10,7 +10,7 @@ namespace finegauge {
 struct PlotSeries {
   std::string label;  ///< short: it stands in the legend and at the curve's end
   std::vector<double> x, y;
-  bool with_slope = true;  ///< on double logarithmic plots the legend adds the least squares slope
+  bool with_slope = true;  ///< on double logarithmic plots the legend adds the least squares slope without its sign
 };
 
 /// A line plot; with both axes logarithmic, a convergence plot.

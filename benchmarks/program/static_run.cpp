@@ -23,13 +23,14 @@ void refine_initially(RefinementForest& forest, const std::vector<InitialRefinem
     for (int level = 0; level < region.levels; ++level) {
       const Mesh mesh = forest.leaf_mesh();
       const int corners = corner_count(mesh.shape);
+      std::vector<Refinement> chosen;
       for (int e = 0; e < mesh.cell_count(); ++e) {
         const Eigen::Vector3d centre = corner_values(mesh, e, mesh.nodes).leftCols(corners).rowwise().mean();
         const bool within =
             (centre.array() >= region.min.array()).all() && (centre.array() <= region.max.array()).all();
-        if (within && forest.can_refine(mesh.forest_cell[e], region.refinement))
-          forest.refine(mesh.forest_cell[e], region.refinement);
+        if (within) chosen.push_back({e, region.refinement});
       }
+      apply_refinements(forest, mesh, chosen);
     }
 }
 
@@ -62,7 +63,9 @@ std::vector<Refinement> choose_refinements(const AdaptRules& rules, const Refine
   }
   for (const int cell : mark(rules, estimate.eta)) {
     const int leaf = mesh.forest_cell[cell];
-    if (mesh.frames[cell].depth < rules.max_depth && forest.can_refine(leaf, rules.refinement))
+    const auto& divisions = rules.refinement.divisions;
+    const int levels = std::ranges::find(divisions, 4) == divisions.end() ? 1 : 2;  // apply_refinements.hpp
+    if (mesh.frames[cell].depth + levels <= rules.max_depth && forest.can_refine(leaf, rules.refinement))
       chosen.push_back({cell, rules.refinement});
   }
   return chosen;
@@ -93,7 +96,7 @@ Json quantities_of_interest(const Scene& scene, const Mesh& mesh, const Equilibr
 /// What only the mesh can tell, before anything is solved or written.
 void check_scene_on_mesh(const Scene& scene, const RefinementForest& forest, const StaticProblem& problem) {
   const Discretization d = discretize(forest, problem.material, problem.supports);
-  check_held(scene, d);
+  check_held(scene, forest.topology(), d);
   check_points(scene, d.mesh);
 }
 

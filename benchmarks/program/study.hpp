@@ -40,6 +40,8 @@ struct StudyResult {
   std::vector<std::string> table;  ///< lines for the terminal, with the columns paper, here, why they differ
   std::vector<Plot> plots;
   std::vector<StudyFile> files;
+  std::string scene;   ///< path or name of what was computed; empty where a study brings its own problem
+  std::string sha256;  ///< of the scene file; empty without one
 };
 
 struct Study {

@@ -12,7 +12,7 @@ namespace finegauge {
 /// forbids (RefinementForest::can_refine) are left. Returns how many were refined.
 ///
 /// A division by 4 is made as two halvings, one inside the other: the same leaves, and a mesh in between for the
-/// multigrid hierarchy, which saves a quarter of the iterations.
+/// multigrid hierarchy, which saves a quarter of the iterations. It counts as two levels of depth.
 int apply_refinements(RefinementForest& forest, const Mesh& mesh, const std::vector<Refinement>& refinements);
 
 }  // namespace finegauge

@@ -21,13 +21,17 @@ std::vector<Refinement> choose_templates(const Mesh& mesh, const ErrorEstimate& 
     return chosen;
   }
   const auto along = [&](int cell, int axis) { return estimate.eta[cell] * std::sqrt(estimate.direction(axis, cell)); };
+  if (!estimate.eta.allFinite() || !estimate.direction.allFinite())
+    throw std::invalid_argument("eta: found a value that is not finite");
   double largest = 0.0;
   for (int cell = 0; cell < mesh.cell_count(); ++cell)
     for (int axis = 0; axis < 3; ++axis) largest = std::max(largest, along(cell, axis));
   if (!(largest > 0.0)) return chosen;
-  const bool may_repeat = marking.may_repeat && marking.division * marking.division <= max_divisions;
+  const bool can_repeat = marking.may_repeat && marking.division * marking.division <= max_divisions;
   for (int cell = 0; cell < mesh.cell_count(); ++cell) {
     if (mesh.frames[cell].depth >= max_depth) continue;
+    // Two divisions at once are two levels (apply_refinements.hpp).
+    const bool may_repeat = can_repeat && mesh.frames[cell].depth + 2 <= max_depth;
     RefinementTemplate refinement{{1, 1, 1}};
     for (int axis = 0; axis < 3; ++axis) {
       const double share = along(cell, axis) / largest;

@@ -47,15 +47,21 @@ double one_norm(const Eigen::Matrix<double, n, n>& symmetric) {
   return *std::max_element(sums.begin(), sums.end());
 }
 
-/// Coefficients normal⁻¹ · moments, or nothing where the condition exceeds the bound.
 template <int n>
-std::optional<Eigen::Matrix<double, 6, n>> solve_normal_equations(const Eigen::Matrix<double, n, n>& normal,
-                                                                  const Eigen::Matrix<double, 6, n>& moments) {
+struct Fit {
+  Eigen::Matrix<double, 6, n> coefficients;  ///< normal⁻¹ · moments
+  double condition;
+};
+
+/// Nothing where the condition exceeds the bound.
+template <int n>
+std::optional<Fit<n>> solve_normal_equations(const Eigen::Matrix<double, n, n>& normal,
+                                             const Eigen::Matrix<double, 6, n>& moments) {
   Eigen::Matrix<double, n, n> inverse = normal;
   if (!invert_positive_definite(inverse)) return std::nullopt;
   const double condition = one_norm<n>(normal) * one_norm<n>(inverse);
   if (!(condition <= largest_patch_condition)) return std::nullopt;
-  return Eigen::Matrix<double, 6, n>(moments.lazyProduct(inverse));  // no general product: no packing, no heap
+  return Fit<n>{moments.lazyProduct(inverse), condition};  // no general product: no packing, no heap
 }
 
 /// Column c -> Σ over corners with the signs of term c, divided by 8: the coefficients of the trilinear function that
@@ -78,6 +84,10 @@ constexpr std::array<int, 4> linear_terms = {0, 1, 2, 4};
 Voigt PatchPolynomial::operator()(const Eigen::Vector3d& X) const {
   if (basis == PatchBasis::mean) return coefficients.col(0);
   return coefficients.lazyProduct(basis_values(to_patch * (X - origin)));
+}
+
+double PatchPolynomial::distance(const Eigen::Vector3d& X) const {
+  return (to_patch * (X - origin)).cwiseAbs().maxCoeff();
 }
 
 PatchPolynomial fit_patch(std::span<const int> cells, const Eigen::Matrix3Xd& centres, const VoigtColumns& values,
@@ -111,8 +121,9 @@ PatchPolynomial fit_patch(std::span<const int> cells, const Eigen::Matrix3Xd& ce
     }
   }
   if (most == PatchBasis::trilinear && cells.size() >= 8) {
-    if (const auto coefficients = solve_normal_equations<8>(normal, moments)) {
-      p.coefficients = *coefficients;
+    if (const auto fit = solve_normal_equations<8>(normal, moments)) {
+      p.coefficients = fit->coefficients;
+      p.condition = fit->condition;
       p.basis = PatchBasis::trilinear;
       return p;
     }
@@ -123,8 +134,9 @@ PatchPolynomial fit_patch(std::span<const int> cells, const Eigen::Matrix3Xd& ce
     linear_moments.col(j) = moments.col(linear_terms[j]);
     for (int i = 0; i < 4; ++i) linear_normal(i, j) = normal(linear_terms[i], linear_terms[j]);
   }
-  if (const auto coefficients = solve_normal_equations<4>(linear_normal, linear_moments)) {
-    for (int k = 0; k < 4; ++k) p.coefficients.col(linear_terms[k]) = coefficients->col(k);
+  if (const auto fit = solve_normal_equations<4>(linear_normal, linear_moments)) {
+    for (int k = 0; k < 4; ++k) p.coefficients.col(linear_terms[k]) = fit->coefficients.col(k);
+    p.condition = fit->condition;
     p.basis = PatchBasis::linear;
   }
   return p;

@@ -26,8 +26,12 @@ struct PatchPolynomial {
   Eigen::Matrix3d to_patch = Eigen::Matrix3d::Zero();                              ///< [1/m]
   Eigen::Matrix<double, 6, 8> coefficients = Eigen::Matrix<double, 6, 8>::Zero();  ///< [Pa]
   PatchBasis basis = PatchBasis::mean;
+  double condition = 1.0;  ///< 1-norm condition of the normal matrix of this basis, in patch coordinates
 
   Voigt operator()(const Eigen::Vector3d& X) const;
+  /// Largest patch coordinate of X in magnitude. In a regular patch of hexahedra the centres reach to 1, the cells
+  /// to 2.
+  double distance(const Eigen::Vector3d& X) const;
 };
 
 /// Largest condition (1-norm) of the normal matrix in patch coordinates with which a basis is used. Regular patches

@@ -76,10 +76,11 @@ PatchPolynomial fit_inner_node(const Mesh& mesh, std::span<const int> cells, int
   return fit_patch(cells, centres, values, cell_axes(mesh, cells[0]), PatchBasis::trilinear);
 }
 
-/// For each node whose value others' polynomials give: which inner nodes those are.
+/// For each boundary node that does not hang: the inner nodes whose polynomials give its value.
 struct Sources {
   std::vector<int> begin, end;  ///< per node, into `inner`; equal where there are none
   std::vector<int> inner;
+  int beside = 0;  ///< inner[0] .. inner[beside - 1] share a cell with the node that they are for; the others do not
 };
 
 /// Calls visit(other) for the nodes that share a cell with `node`, itself included, repeatedly.
@@ -90,64 +91,49 @@ void visit_neighbours(const Mesh& mesh, const NodeCells& around, int node, Visit
     for (int c = 0; c < corners; ++c) visit(mesh.cells[cell][c]);
 }
 
-/// First the nodes that share a cell with an inner node, then layer by layer those that share a cell with the last
-/// layer and take the union of its sources: the inner nodes nearest in cells.
 Sources find_sources(const Discretization& d, const NodeCells& around) {
   const int node_count = d.mesh.node_count();
   Sources sources{std::vector<int>(node_count, 0), std::vector<int>(node_count, 0), {}};
-  std::vector<int> last_user(node_count, -1);  // per inner node
-  const auto add = [&](int inner_node, int user) {
-    if (last_user[inner_node] == user) return;
-    last_user[inner_node] = user;
-    sources.inner.push_back(inner_node);
-  };
   std::vector<std::uint8_t> inner(node_count);
   for (int node = 0; node < node_count; ++node) inner[node] = is_inner(d, node);
-
-  std::vector<int> layer, next;
-  bool all_reached = true;
-  const auto add_nearest = [&](int node) {
-    sources.begin[node] = static_cast<int>(sources.inner.size());
+  std::vector<int> last_user(node_count, -1);  // per inner node
+  const auto add_beside = [&](int node, int user) {
     visit_neighbours(d.mesh, around, node, [&](int other) {
-      if (inner[other]) add(other, node);
+      if (!inner[other] || last_user[other] == user) return;
+      last_user[other] = user;
+      sources.inner.push_back(other);
+    });
+  };
+
+  std::vector<int> without;
+  for (int node = 0; node < node_count; ++node) {
+    if (inner[node] || d.hanging.hangs(node)) continue;
+    sources.begin[node] = static_cast<int>(sources.inner.size());
+    add_beside(node, node);
+    sources.end[node] = static_cast<int>(sources.inner.size());
+    if (sources.begin[node] == sources.end[node]) without.push_back(node);
+  }
+  sources.beside = static_cast<int>(sources.inner.size());
+  std::vector<int> last_relay(node_count, -1);  // per neighbour, hanging ones too
+  for (const int node : without) {
+    sources.begin[node] = static_cast<int>(sources.inner.size());
+    visit_neighbours(d.mesh, around, node, [&](int neighbour) {
+      if (last_relay[neighbour] == node) return;
+      last_relay[neighbour] = node;
+      add_beside(neighbour, node);
     });
     sources.end[node] = static_cast<int>(sources.inner.size());
-    if (sources.end[node] > sources.begin[node])
-      layer.push_back(node);
-    else if (!d.hanging.hangs(node))
-      all_reached = false;
-  };
-  for (int node = 0; node < node_count; ++node)
-    if (!inner[node] && !d.hanging.hangs(node)) add_nearest(node);
-  if (all_reached) return sources;
-  for (int node = 0; node < node_count; ++node)
-    if (d.hanging.hangs(node)) add_nearest(node);
-
-  constexpr int unreached = -1;
-  std::vector<int> layer_of(node_count, unreached);
-  for (int node = 0; node < node_count; ++node)
-    if (inner[node]) layer_of[node] = 0;
-  for (const int node : layer) layer_of[node] = 1;
-  for (int depth = 1; !layer.empty(); ++depth) {
-    next.clear();
-    for (const int node : layer)
-      visit_neighbours(d.mesh, around, node, [&](int other) {
-        if (layer_of[other] != unreached) return;
-        layer_of[other] = depth + 1;
-        next.push_back(other);
-      });
-    for (const int node : next) {
-      sources.begin[node] = static_cast<int>(sources.inner.size());
-      visit_neighbours(d.mesh, around, node, [&](int other) {
-        if (layer_of[other] != depth) return;
-        for (int k = sources.begin[other]; k < sources.end[other]; ++k) add(sources.inner[k], node);
-      });
-      sources.end[node] = static_cast<int>(sources.inner.size());
-    }
-    layer.swap(next);
   }
   return sources;
 }
+
+/// How far from its patch, in patch coordinates, the polynomial of an inner node that is not beside the node may be
+/// evaluated: the cells of a regular patch reach to 2, one more layer of such cells to 4. A patch of small cells says
+/// nothing about the far side of a large one.
+constexpr double farthest_evaluation = 4.0;
+
+/// Largest condition of a trilinear fit that is evaluated away from its node; past it the linear fit is.
+constexpr double largest_extrapolated_condition = 100.0;
 
 }  // namespace
 
@@ -193,22 +179,28 @@ VoigtColumns recover_stress_spr(const Discretization& d, const CellStresses& str
   VoigtColumns nodal(6, mesh.node_count());
   for (int node = 0; node < mesh.node_count(); ++node) {
     if (!is_inner(d, node)) continue;
-    const PatchPolynomial p = fit_inner_node(mesh, cells_at(around, node), node, centres, stresses.centre);
+    const auto cells = cells_at(around, node);
+    PatchPolynomial p = fit_inner_node(mesh, cells, node, centres, stresses.centre);
     nodal.col(node) = p(mesh.nodes.col(node));
-    if (kept_as[node] >= 0) kept[kept_as[node]] = p;
+    if (kept_as[node] < 0) continue;
+    if (p.basis == PatchBasis::trilinear && p.condition > largest_extrapolated_condition)
+      p = fit_patch(cells, centres, stresses.centre, Eigen::Matrix3d::Identity(), PatchBasis::linear);
+    kept[kept_as[node]] = p;
   }
   for (int node = 0; node < mesh.node_count(); ++node) {
     if (d.hanging.hangs(node) || !mesh.on_boundary[node]) continue;
-    const int begin = sources.begin[node], end = sources.end[node];
-    if (begin == end) {  // a body without inner nodes
-      const auto cells = cells_at(around, node);
-      nodal.col(node) = fit_patch(cells, centres, stresses.centre, Eigen::Matrix3d::Identity(),
-                                  PatchBasis::linear)(mesh.nodes.col(node));
-      continue;
-    }
+    const Eigen::Vector3d X = mesh.nodes.col(node);
     Voigt sum = Voigt::Zero();
-    for (int k = begin; k < end; ++k) sum += kept[kept_as[sources.inner[k]]](mesh.nodes.col(node));
-    nodal.col(node) = sum / static_cast<double>(end - begin);
+    int count = 0;
+    for (int k = sources.begin[node]; k < sources.end[node]; ++k) {
+      const PatchPolynomial& p = kept[kept_as[sources.inner[k]]];
+      if (k >= sources.beside && !(p.distance(X) <= farthest_evaluation)) continue;
+      sum += p(X);
+      ++count;
+    }
+    nodal.col(node) = count > 0 ? Voigt(sum / static_cast<double>(count))
+                                : fit_patch(cells_at(around, node), centres, stresses.centre,
+                                            Eigen::Matrix3d::Identity(), PatchBasis::linear)(X);
   }
   const HangingNodes& T = d.hanging;
   for (int node = 0; node < mesh.node_count(); ++node) {

@@ -19,10 +19,13 @@ CellStresses cell_stresses(const Discretization& d, const Eigen::Matrix3Xd& u);
 /// Nodal stresses by superconvergent patch recovery (Zienkiewicz & Zhu 1992), global frame [Pa], 6 × n_nodes.
 ///
 /// - A node inside the body that does not hang: the least-squares polynomial through the stresses at the centres of the
-///   cells around it, in coordinates centred at the node and scaled by the patch; hexahedra 1 x y z xy yz zx xyz,
-///   tetrahedra 1 x y z; fewer terms where the patch does not determine all.
-/// - A node on the boundary: the mean of the polynomials of the inner nodes that share a cell with it; where there is
-///   none, of those around its neighbours, and so on outward; in a body without inner nodes its own patch, linear.
+///   cells around it, in coordinates centred among those centres and scaled by their extent (patch_polynomial.hpp);
+///   hexahedra 1 x y z xy yz zx xyz, tetrahedra 1 x y z; fewer terms where the patch does not determine all.
+/// - A node on the boundary: the mean of the polynomials of the inner nodes that share a cell with it. Where there is
+///   none, of those that share a cell with a neighbour and whose patch, grown by one layer of cells of its own size,
+///   reaches the node. Where there is none either, and so in all of a body without inner nodes, its own patch: linear
+///   where that determines it, else the mean of its cells. Where an eight-term polynomial is poorly determined
+///   (condition above 100: uneven refinement around its node) boundary nodes are given the linear one of that patch.
 /// - A node that hangs: interpolated from its masters.
 Eigen::Matrix<double, 6, Eigen::Dynamic> recover_stress_spr(const Discretization& d, const CellStresses& stresses);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <iterator>
 #include <stdexcept>
 #include <string>
 
@@ -16,13 +17,10 @@ RefinementForest::RefinementForest(BaseMesh base) : base_(std::move(base)) {
   leaf_count_ = static_cast<int>(base_.cells.size());
   cells_.reserve(base_.cells.size());
   for (int cell = 0; cell < leaf_count_; ++cell) cells_.push_back({-1, -1, cell, 0, {{1, 1, 1}}, {1, 1, 1}});
-  free_families_.resize(max_divisions * max_divisions * max_divisions + 1);
 }
 
 std::size_t RefinementForest::storage_bytes() const {
-  std::size_t bytes = cells_.capacity() * sizeof(Cell);
-  for (const auto& family : free_families_) bytes += family.capacity() * sizeof(int);
-  return bytes;
+  return cells_.capacity() * sizeof(Cell) + free_.size() * sizeof(*free_.begin());
 }
 
 bool RefinementForest::can_refine(int leaf, RefinementTemplate refinement) const {
@@ -42,11 +40,13 @@ bool RefinementForest::can_refine(int leaf, RefinementTemplate refinement) const
 void RefinementForest::refine(int leaf, RefinementTemplate refinement) {
   assert(can_refine(leaf, refinement));
   const int count = refinement.child_count();
-  auto& free = free_families_[count];
   int first = static_cast<int>(cells_.size());
-  if (!free.empty()) {
-    first = free.back();
-    free.pop_back();
+  const auto run = std::find_if(free_.begin(), free_.end(), [&](const auto& r) { return r.second >= count; });
+  if (run != free_.end()) {
+    const auto [start, length] = *run;
+    first = start;
+    free_.erase(run);
+    if (length > count) free_.emplace(start + count, length - count);
   } else {
     cells_.resize(cells_.size() + count);
   }
@@ -70,10 +70,28 @@ void RefinementForest::coarsen(int handle) {
   assert(can_coarsen(handle));
   Cell& cell = cells_[handle];
   const int count = cell.refinement.child_count();
-  free_families_[count].push_back(cell.first_child);
+  int first = cell.first_child, length = count;
   cell.first_child = -1;
   cell.refinement = {{1, 1, 1}};
   leaf_count_ -= count - 1;
+  // Join with the unused runs on both sides; what ends the storage is given back.
+  auto next = free_.lower_bound(first);
+  if (next != free_.end() && first + length == next->first) {
+    length += next->second;
+    next = free_.erase(next);
+  }
+  if (next != free_.begin()) {
+    const auto before = std::prev(next);
+    if (before->first + before->second == first) {
+      first = before->first;
+      length += before->second;
+      free_.erase(before);
+    }
+  }
+  if (first + length == handle_count())
+    cells_.resize(static_cast<std::size_t>(first));
+  else
+    free_.emplace(first, length);
 }
 
 namespace {

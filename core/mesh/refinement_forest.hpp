@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -15,9 +16,10 @@ namespace finegauge {
 
 /// One tree of refinements per base cell.
 ///
-/// Invariant: `leaf_mesh` is a function of the base mesh and of the set of refined cells with their templates, never
-/// of the order in which they were refined or of what was refined and coarsened before. Handles of cells stay valid
-/// until the cell is removed by coarsening; the storage of removed families is used again.
+/// Invariant: `leaf_mesh` (but for the handles in Mesh::forest_cell) is a function of the base mesh and of the set of
+/// refined cells with their templates, never of the order in which they were refined or of what was refined and
+/// coarsened before. Handles of cells stay valid until the cell is removed by coarsening; the storage of removed
+/// families is used again, by families of any size.
 class RefinementForest {
  public:
   struct Cell {
@@ -59,7 +61,7 @@ class RefinementForest {
   BaseMesh base_;
   BaseTopology topology_;
   std::vector<Cell> cells_;
-  std::vector<std::vector<int>> free_families_;  // first handles, by number of children
+  std::map<int, int> free_;  // unused handles: first of a run, its length; no two runs touch, none ends the storage
   int leaf_count_;
 };
 

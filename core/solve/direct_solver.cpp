@@ -3,9 +3,22 @@
 #include <cholmod.h>
 
 #include <algorithm>
+#include <cassert>
+#include <limits>
+#include <new>
 #include <vector>
 
 namespace finegauge {
+
+namespace {
+
+/// Ratio of smallest to largest pivot up to which the smallest may be nothing but round-off. Cholesky's backward error
+/// grows with the size n of the matrix (Higham 2002, theorem 10.3); stiffnesses of bodies that are not held were seen
+/// with ratios of up to 0.4 n ε, and up to 3e-13. The upper end is there because the bound is pessimistic for large n:
+/// held cells of aspect 1:1000 at nu = 0.4999 have 7e-12.
+double round_off_pivot(int n) { return std::min(n * std::numeric_limits<double>::epsilon(), 1e-12); }
+
+}  // namespace
 
 struct DirectSolver::State {
   cholmod_common common;
@@ -15,6 +28,7 @@ struct DirectSolver::State {
   State() {
     cholmod_start(&common);
     common.print = 0;
+    common.final_ll = 1;  // L Lᵀ fails at a pivot that is not positive, L D Lᵀ would go on
   }
   ~State() {
     cholmod_free_factor(&factor, &common);
@@ -59,7 +73,8 @@ DirectSolver::DirectSolver(const BlockMatrix<double>& A) : state_(std::make_uniq
   cholmod_common* const common = &state_->common;
   state_->factor = cholmod_analyze(&matrix, common);
   if (state_->factor && cholmod_factorize(&matrix, state_->factor, common))
-    state_->factored = common->status == CHOLMOD_OK && state_->factor->minor == state_->factor->n;
+    state_->factored = common->status == CHOLMOD_OK && state_->factor->minor == state_->factor->n &&
+                       cholmod_rcond(state_->factor, common) > round_off_pivot(n);
 }
 
 DirectSolver::~DirectSolver() = default;
@@ -69,6 +84,7 @@ DirectSolver& DirectSolver::operator=(DirectSolver&&) noexcept = default;
 bool DirectSolver::factored() const { return state_->factored; }
 
 Eigen::VectorXd DirectSolver::solve(const Eigen::VectorXd& b) const {
+  assert(factored());
   cholmod_dense right{};
   right.nrow = right.nzmax = right.d = static_cast<std::size_t>(b.size());
   right.ncol = 1;
@@ -76,6 +92,7 @@ Eigen::VectorXd DirectSolver::solve(const Eigen::VectorXd& b) const {
   right.xtype = CHOLMOD_REAL;
   right.dtype = CHOLMOD_DOUBLE;
   cholmod_dense* solution = cholmod_solve(CHOLMOD_A, state_->factor, &right, &state_->common);
+  if (!solution) throw std::bad_alloc();
   Eigen::VectorXd x = Eigen::Map<const Eigen::VectorXd>(static_cast<const double*>(solution->x), b.size());
   cholmod_free_dense(&solution, &state_->common);
   return x;

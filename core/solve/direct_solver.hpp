@@ -17,8 +17,11 @@ class DirectSolver {
   DirectSolver(DirectSolver&&) noexcept;
   DirectSolver& operator=(DirectSolver&&) noexcept;
 
-  /// False when the matrix is not positive definite; solve must not be called then.
+  /// False when a pivot is not positive or so small beside the largest that it may be round-off (the matrix is
+  /// indefinite, singular, or cannot be told from that), and when the factor does not fit the memory; solve must not be
+  /// called then.
   bool factored() const;
+  /// Throws std::bad_alloc when the solution does not fit the memory.
   Eigen::VectorXd solve(const Eigen::VectorXd& b) const;
   double factor_nonzeros() const;
 

@@ -45,7 +45,7 @@ class Multigrid {
   ~Multigrid();
   Multigrid(Multigrid&&) noexcept;
 
-  /// False when the coarsest matrix could not be factored: the body is not held.
+  /// False when the coarsest matrix could not be factored (DirectSolver::factored): mostly, the body is not held.
   bool usable() const;
   /// z = approximately A⁻¹ r.
   void apply(const Eigen::VectorXd& r, Eigen::VectorXd& z);

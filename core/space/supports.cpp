@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <sstream>
 #include <stdexcept>
 
@@ -70,6 +71,74 @@ Eigen::Vector3d prescribed(const SupportCondition& condition, const Eigen::Vecto
   return value;
 }
 
+/// Per base cell the number of its body. Bodies are numbered in the order of their first cells.
+std::vector<int> body_of_base_cells(const BaseTopology& topology) {
+  // Union-find: a cell points to an earlier one of its body, the first one to itself.
+  std::vector<int> earlier(topology.cell_faces.size());
+  std::iota(earlier.begin(), earlier.end(), 0);
+  const auto first_of = [&](int cell) {
+    for (; earlier[cell] != cell; cell = earlier[cell]) earlier[cell] = earlier[earlier[cell]];
+    return cell;
+  };
+  for (const auto& [one, other] : topology.face_cells) {
+    if (one.cell < 0 || other.cell < 0) continue;
+    const auto [low, high] = std::minmax({first_of(one.cell), first_of(other.cell)});
+    earlier[high] = low;
+  }
+  std::vector<int> body(earlier.size());
+  int bodies = 0;
+  for (int cell = 0; cell < static_cast<int>(body.size()); ++cell) {
+    const int first = first_of(cell);
+    body[cell] = first == cell ? bodies++ : body[first];
+  }
+  return body;
+}
+
+/// Reduced nodes per body, ascending: corners of its leaves, and the masters of those that hang.
+std::vector<std::vector<int>> nodes_of_bodies(const Mesh& mesh, const HangingNodes& hanging,
+                                              const std::vector<int>& body_of_base, int bodies) {
+  std::vector<std::vector<int>> nodes(bodies);
+  for (int cell = 0; cell < mesh.cell_count(); ++cell) {
+    std::vector<int>& own = nodes[body_of_base[mesh.frames[cell].base_cell]];
+    for (int c = 0; c < corner_count(mesh.shape); ++c) {
+      const int node = mesh.cells[cell][c];
+      own.insert(own.end(), hanging.master.begin() + hanging.row_start[node],
+                 hanging.master.begin() + hanging.row_start[node + 1]);
+    }
+  }
+  for (std::vector<int>& own : nodes) {
+    std::sort(own.begin(), own.end());
+    own.erase(std::unique(own.begin(), own.end()), own.end());
+  }
+  return nodes;
+}
+
+/// Rigid motions, of six, that are free when `at` (entries of `supports`) are the supports of a body.
+int free_motions(const Mesh& mesh, const HangingNodes& hanging, const Supports& supports, const std::vector<int>& at) {
+  if (at.empty()) return 6;
+  // Centred at the supported nodes and scaled by their extent: a small patch holds a large body as well as a large one.
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  const auto position = [&](int i) -> Eigen::Vector3d { return mesh.nodes.col(hanging.node_of[supports.reduced[i]]); };
+  for (const int i : at) centre += position(i) / static_cast<double>(at.size());
+  double extent = 0.0;
+  for (const int i : at) extent = std::max(extent, (position(i) - centre).norm());
+  if (extent == 0.0) extent = 1.0;
+
+  // Gram matrix of the held part of the six motions u = t + w × x.
+  Eigen::Matrix<double, 6, 6> gram = Eigen::Matrix<double, 6, 6>::Zero();
+  for (const int i : at) {
+    const Eigen::Vector3d x = (position(i) - centre) / extent;
+    Eigen::Matrix<double, 3, 6> motions;
+    motions << 1.0, 0.0, 0.0, 0.0, x.z(), -x.y(),  //
+        0.0, 1.0, 0.0, -x.z(), 0.0, x.x(),         //
+        0.0, 0.0, 1.0, x.y(), -x.x(), 0.0;
+    gram += motions.transpose() * supports.held[i] * motions;
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> solver(gram, Eigen::EigenvaluesOnly);
+  // Eigenvalues are squares of displacements: 1e-10 is a motion that 1e-5 of the extent holds, far above round-off.
+  return static_cast<int>((solver.eigenvalues().array() < 1e-10 * solver.eigenvalues()[5]).count());
+}
+
 }  // namespace
 
 Supports find_supports(const BaseMesh& base, const Mesh& mesh, const HangingNodes& hanging,
@@ -111,30 +180,25 @@ Supports find_supports(const BaseMesh& base, const Mesh& mesh, const HangingNode
   return supports;
 }
 
-int free_rigid_motions(const Mesh& mesh, const HangingNodes& hanging, const Supports& supports) {
-  const int n = static_cast<int>(supports.reduced.size());
-  if (n == 0) return 6;
-  // Centred at the supported nodes and scaled by their extent: a small patch holds a large body as well as a large one.
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-  const auto position = [&](int i) -> Eigen::Vector3d { return mesh.nodes.col(hanging.node_of[supports.reduced[i]]); };
-  for (int i = 0; i < n; ++i) centre += position(i) / n;
-  double extent = 0.0;
-  for (int i = 0; i < n; ++i) extent = std::max(extent, (position(i) - centre).norm());
-  if (extent == 0.0) extent = 1.0;
-
-  // Gram matrix of the held part of the six motions u = t + w × x.
-  Eigen::Matrix<double, 6, 6> gram = Eigen::Matrix<double, 6, 6>::Zero();
-  for (int i = 0; i < n; ++i) {
-    const Eigen::Vector3d x = (position(i) - centre) / extent;
-    Eigen::Matrix<double, 3, 6> motions;
-    motions << 1.0, 0.0, 0.0, 0.0, x.z(), -x.y(),  //
-        0.0, 1.0, 0.0, -x.z(), 0.0, x.x(),         //
-        0.0, 0.0, 1.0, x.y(), -x.x(), 0.0;
-    gram += motions.transpose() * supports.held[i] * motions;
+std::vector<BodyFreedom> free_rigid_motions(const BaseTopology& topology, const Mesh& mesh, const HangingNodes& hanging,
+                                            const Supports& supports) {
+  const std::vector<int> body_of_base = body_of_base_cells(topology);
+  const int count = body_of_base.empty() ? 0 : *std::max_element(body_of_base.begin(), body_of_base.end()) + 1;
+  std::vector<BodyFreedom> bodies(count, {0, Eigen::Vector3d::Zero(), 6});
+  for (int cell = 0; cell < mesh.cell_count(); ++cell) {
+    BodyFreedom& body = bodies[body_of_base[mesh.frames[cell].base_cell]];
+    if (body.cells++ > 0) continue;
+    const int corners = corner_count(mesh.shape);
+    for (int c = 0; c < corners; ++c) body.inside += mesh.nodes.col(mesh.cells[cell][c]) / corners;
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> solver(gram, Eigen::EigenvaluesOnly);
-  // Eigenvalues are squares of displacements: 1e-10 is a motion that 1e-5 of the extent holds, far above round-off.
-  return static_cast<int>((solver.eigenvalues().array() < 1e-10 * solver.eigenvalues()[5]).count());
+  const std::vector<std::vector<int>> nodes = nodes_of_bodies(mesh, hanging, body_of_base, count);
+  for (int b = 0; b < count; ++b) {
+    std::vector<int> at;
+    for (int i = 0; i < static_cast<int>(supports.reduced.size()); ++i)
+      if (std::binary_search(nodes[b].begin(), nodes[b].end(), supports.reduced[i])) at.push_back(i);
+    bodies[b].free_motions = free_motions(mesh, hanging, supports, at);
+  }
+  return bodies;
 }
 
 }  // namespace finegauge

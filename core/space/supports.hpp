@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/mesh/base_topology.hpp"
 #include "core/mesh/hanging_nodes.hpp"
 #include "core/mesh/mesh.hpp"
 
@@ -35,7 +36,18 @@ struct Supports {
 Supports find_supports(const BaseMesh& base, const Mesh& mesh, const HangingNodes& hanging,
                        const std::vector<SupportCondition>& conditions);
 
-/// How many rigid motions (of six) the supports leave free, at rest. A static problem needs zero.
-int free_rigid_motions(const Mesh& mesh, const HangingNodes& hanging, const Supports& supports);
+/// A part of the mesh whose cells hang together through faces, and what its supports leave of it.
+struct BodyFreedom {
+  int cells;               ///< leaves of the body
+  Eigen::Vector3d inside;  ///< centre of its first leaf, at rest [m]
+  int free_motions;        ///< rigid motions, of six
+};
+
+/// How many rigid motions the supports leave free at rest, body by body, ordered by their first cells. A static problem
+/// needs zero everywhere. Cells that only share a node or an edge belong to different bodies: a hinge is no support, so
+/// each side of it must be held by itself, at nodes of its own (those of the hinge are nodes of both). That is stricter
+/// than need be where bodies hinged together hold each other.
+std::vector<BodyFreedom> free_rigid_motions(const BaseTopology& topology, const Mesh& mesh, const HangingNodes& hanging,
+                                            const Supports& supports);
 
 }  // namespace finegauge

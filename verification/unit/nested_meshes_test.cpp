@@ -2,9 +2,11 @@
 
 #include <map>
 #include <set>
+#include <stdexcept>
 
 #include "core/mesh/refinement_forest.hpp"
 #include "core/space/assembly.hpp"
+#include "core/space/transfer.hpp"
 #include "verification/support/catch.hpp"
 #include "verification/support/refinement_history.hpp"
 #include "verification/support/scrambled_mesh.hpp"
@@ -94,4 +96,34 @@ TEST_CASE("natural coordinates of a leaf's own corners are the reference corners
     }
   CHECK_THAT(error, WithinAbs(0.0, 1e-13));
   CHECK_THAT(position_error, WithinAbs(0.0, 1e-14));
+}
+
+TEST_CASE("leaves are paired rightly however deep one corner is refined", "[nested][depth]") {
+  // Ten halvings make a leaf a billionth of its base cell: a sum of shares would lose it.
+  const RefinementTemplate refinement =
+      GENERATE(RefinementTemplate{{2, 2, 2}}, RefinementTemplate{{3, 3, 3}}, RefinementTemplate{{4, 4, 4}});
+  CAPTURE(to_string(refinement));
+  BoxMeshOptions options;
+  options.cells = {2, 2, 2};
+  RefinementForest forest(box_mesh(options));
+  const Mesh coarse = forest.leaf_mesh();
+  int leaf = 7;
+  for (int level = 0; level < 14 && forest.can_refine(leaf, refinement); ++level) {
+    forest.refine(leaf, refinement);
+    leaf = forest.cell(leaf).first_child + refinement.child_count() - 1;
+  }
+  const Mesh fine = forest.leaf_mesh();
+  REQUIRE(forest.cell(leaf).depth >= 12);
+  const Eigen::Matrix3Xd linear = 2.0 * coarse.nodes.array() + 1.0;
+  const Eigen::Matrix3Xd carried = transfer(coarse, linear, fine);
+  CHECK((carried.array() - (2.0 * fine.nodes.array() + 1.0)).abs().maxCoeff() < 1e-14);
+  CHECK((transfer(fine, carried, coarse) - linear).cwiseAbs().maxCoeff() == 0.0);
+}
+
+TEST_CASE("a change of template in one step is refused", "[nested]") {
+  BoxMeshOptions options;
+  RefinementForest halves(box_mesh(options)), thirds(box_mesh(options));
+  halves.refine(0, {{2, 2, 2}});
+  thirds.refine(0, {{3, 3, 3}});
+  CHECK_THROWS_AS(visit_nested_leaves(halves.leaf_mesh(), thirds.leaf_mesh(), [](int, int) {}), std::logic_error);
 }

@@ -1,5 +1,7 @@
 #include "core/scene/scene_reader.hpp"
 
+#include <algorithm>
+#include <array>
 #include <random>
 #include <string>
 #include <vector>
@@ -68,8 +70,9 @@ void check_begins(const std::string& found, const std::string& expected) {
   CHECK(found.substr(0, expected.size()) == expected);
 }
 
-Discretization discretize_base(const Scene& scene) {
-  return discretize(RefinementForest(base_mesh(scene)), scene.material, support_conditions(scene));
+void check_base_held(const Scene& scene) {
+  const RefinementForest forest(base_mesh(scene));
+  check_held(scene, forest.topology(), discretize(forest, scene.material, support_conditions(scene)));
 }
 
 }  // namespace
@@ -90,7 +93,7 @@ TEST_CASE("every scene of the reference data is read, and its body is held", "[s
   CHECK(scene.name == name);
   CHECK_FALSE(scene.description.empty());
   CHECK(base_mesh(scene).cells.size() == cells);
-  CHECK_NOTHROW(check_held(scene, discretize_base(scene)));
+  CHECK_NOTHROW(check_base_held(scene));
 }
 
 TEST_CASE("the scene of the L-shape says what the study needs", "[scene]") {
@@ -330,7 +333,7 @@ TEST_CASE("a body that is not held is refused, with the number of motions left",
   CAPTURE(set);
   const Scene scene = read(small_scene, Strings{set});
   try {
-    check_held(scene, discretize_base(scene));
+    check_base_held(scene);
     FAIL("accepted");
   } catch (const SceneError& error) {
     const std::string message = error.what();
@@ -338,6 +341,50 @@ TEST_CASE("a body that is not held is refused, with the number of motions left",
     CHECK(message.find("leave " + std::to_string(left) + " of its six rigid motions free, allowed 0") !=
           std::string::npos);
   }
+}
+
+TEST_CASE("a body that shares no face with the held one is refused by its cells and place", "[scene][refusal]") {
+  // Unit cubes, the first one clamped: the second one apart, hinged at an edge, at a node, and joined by a face.
+  struct Case {
+    Eigen::Vector3d at;
+    std::string found;
+  };
+  const auto [at, found] = GENERATE(values<Case>({
+      {{3, 0, 0},
+       "of 1 cell around (3.5, 0.5, 0.5), one of 2 that share no face, is not held, found 1 supports that "
+       "leave 6 of its six rigid motions free, allowed 0"},
+      {{1, 1, 0}, "of 1 cell around (1.5, 1.5, 0.5), one of 2"},
+      {{1, 1, 1}, "of 1 cell around (1.5, 1.5, 1.5), one of 2"},
+      {{1, 0, 0}, "accepted"},
+  }));
+  CAPTURE(at.transpose());
+  const std::array<std::array<int, 3>, 8> corner = {
+      {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}}};
+  std::vector<Eigen::Vector3d> nodes;
+  std::string node_list, cell_list;
+  for (const Eigen::Vector3d& origin : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(at)}) {
+    cell_list += "  [";
+    for (const auto& [x, y, z] : corner) {
+      const Eigen::Vector3d node = origin + Eigen::Vector3d(x, y, z);
+      const auto known = std::find(nodes.begin(), nodes.end(), node);
+      cell_list += std::to_string(known - nodes.begin()) + ",";
+      if (known != nodes.end()) continue;
+      nodes.push_back(node);
+      for (int k = 0; k < 3; ++k) node_list += (k == 0 ? "[" : ",") + std::to_string(node[k]);
+      node_list += "],\n";
+    }
+    cell_list += "],\n";
+  }
+  const Scene scene = read("[mesh]\nnodes = [" + node_list + "]\ncells = [\n" + cell_list +
+                           "]\n[material]\nyoungs_modulus = 1e3\npoisson_ratio = 0.3\n"
+                           "[[support]]\nsurface = \"x_min\"\n");
+  std::string message = "accepted";
+  try {
+    check_base_held(scene);
+  } catch (const SceneError& error) {
+    message = error.what();
+  }
+  CHECK(message.find(found) != std::string::npos);
 }
 
 TEST_CASE("what is not a scene at all is refused in few words", "[scene][refusal]") {

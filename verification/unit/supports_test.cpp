@@ -1,6 +1,7 @@
 #include "core/space/supports.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -16,6 +17,7 @@ namespace {
 /// A box 2 × 2 × 2 cells with one cell refined, so that nodes hang, some of them on supported surfaces.
 struct Body {
   BaseMesh base;
+  BaseTopology topology;
   Mesh mesh;
   HangingNodes hanging;
 
@@ -25,6 +27,7 @@ struct Body {
     base = box_mesh(options);
     base.nodes = turn * base.nodes;
     RefinementForest forest(base);
+    topology = forest.topology();
     forest.refine(0, {{2, 2, 2}});
     mesh = forest.leaf_mesh();
     hanging = find_hanging_nodes(forest, mesh);
@@ -32,8 +35,12 @@ struct Body {
   Supports find(const std::vector<SupportCondition>& conditions) const {
     return find_supports(base, mesh, hanging, conditions);
   }
-  int free_motions(const std::vector<SupportCondition>& conditions) const {
-    return free_rigid_motions(mesh, hanging, find(conditions));
+  int free_motions(const std::vector<SupportCondition>& conditions) const { return motions_left(find(conditions)); }
+  int motions_left(const Supports& supports) const {
+    const std::vector<BodyFreedom> bodies = free_rigid_motions(topology, mesh, hanging, supports);
+    REQUIRE(bodies.size() == 1);
+    CHECK(bodies[0].cells == mesh.cell_count());
+    return bodies[0].free_motions;
   }
   Eigen::Vector3d position(const Supports& supports, int i) const {
     return mesh.nodes.col(hanging.node_of[supports.reduced[i]]);
@@ -207,12 +214,84 @@ TEST_CASE("supports at one node or on one line leave the rotations about it", "[
     }
   };
   hold({0, 0, 0});
-  CHECK(free_rigid_motions(body.mesh, body.hanging, supports) == 3);
+  CHECK(body.motions_left(supports) == 3);
   hold({1, 1, 1});
-  CHECK(free_rigid_motions(body.mesh, body.hanging, supports) == 1);
+  CHECK(body.motions_left(supports) == 1);
   hold({1, 0, 0});
-  CHECK(free_rigid_motions(body.mesh, body.hanging, supports) == 0);
+  CHECK(body.motions_left(supports) == 0);
   REQUIRE(supports.reduced.size() == 3);
+}
+
+TEST_CASE("bodies that share no face are held each by itself", "[supports][hanging]") {
+  // Boxes of one base cell from x = 0 and from x = 1 on, joined at so many nodes: apart, at a node, an edge, a face.
+  const int joints = GENERATE(0, 1, 2, 4);
+  const CellShape shape = GENERATE(CellShape::hexahedron, CellShape::tetrahedron);
+  CAPTURE(joints, int(shape));
+  BoxMeshOptions options;
+  options.shape = shape;
+  BaseMesh base = box_mesh(options);
+  const int cells = int(base.cells.size()), nodes = int(base.nodes.cols());
+  // Of the second box the nodes at its lower end take the place of those at the first one's upper end.
+  std::vector<int> second(nodes);
+  std::vector<Eigen::Vector3d> all;
+  for (int i = 0; i < nodes; ++i) all.push_back(base.nodes.col(i));
+  int joined = 0;
+  for (int i = 0; i < nodes; ++i) {
+    // Apart from the joint the boxes are bent away from each other, so that no two nodes lie at one place.
+    const Eigen::Vector3d there = base.nodes.col(i) + ex;
+    const auto same = std::find(all.begin(), all.begin() + nodes, there);
+    if (same != all.begin() + nodes && joined < joints) {
+      second[i] = int(same - all.begin());
+      ++joined;
+    } else {
+      second[i] = int(all.size());
+      all.push_back(there + (joints < 4 ? 0.1 : 0.0) * ex);
+    }
+  }
+  REQUIRE(joined == joints);
+  base.nodes.resize(3, int(all.size()));
+  for (int i = 0; i < int(all.size()); ++i) base.nodes.col(i) = all[i];
+  for (int cell = 0; cell < cells; ++cell) {
+    auto corners = base.cells[cell];
+    for (int c = 0; c < corner_count(shape); ++c) corners[c] = second[corners[c]];
+    base.cells.push_back(corners);
+  }
+  base.surfaces = {{"first_end", {}}, {"second_end", {}}};
+  for (const BaseFace& face : boundary_faces(base)) {
+    double lowest = 3.0, highest = 0.0;
+    for (int c = 0; c < face_corner_count(shape); ++c) {
+      const double x = base.nodes(0, base.cells[face.cell][face_corners(shape, face.face)[c]]);
+      lowest = std::min(lowest, x), highest = std::max(highest, x);
+    }
+    if (highest == 0.0) base.surfaces["first_end"].push_back(face);
+    if (lowest >= 2.0) base.surfaces["second_end"].push_back(face);
+  }
+  REQUIRE(validate(base).empty());
+  RefinementForest forest(base);
+  forest.refine(cells, {{2, 2, 2}});  // hanging nodes, and the leaves of one base cell are one body
+  const Mesh mesh = forest.leaf_mesh();
+  const HangingNodes hanging = find_hanging_nodes(forest, mesh);
+  const auto bodies_of = [&](const std::vector<SupportCondition>& conditions) {
+    return free_rigid_motions(forest.topology(), mesh, hanging, find_supports(base, mesh, hanging, conditions));
+  };
+  const auto one = bodies_of({clamp("first_end")});
+  if (joints == 4) {
+    REQUIRE(one.size() == 1);
+    CHECK(one[0].cells == mesh.cell_count());
+    CHECK(one[0].free_motions == 0);
+    return;
+  }
+  REQUIRE(one.size() == 2);
+  CHECK(one[0].cells == cells);
+  CHECK(one[1].cells == cells + 7);
+  CHECK(one[0].inside.x() < 1.0);
+  CHECK(one[1].inside.x() > 1.0);
+  CHECK(one[0].free_motions == 0);
+  CHECK(one[1].free_motions == 6);
+  const auto both = bodies_of({clamp("first_end"), plane("second_end", ex)});
+  CHECK(both[0].free_motions == 0);
+  CHECK(both[1].free_motions == 3);
+  for (const BodyFreedom& body : bodies_of({clamp("first_end"), clamp("second_end")})) CHECK(body.free_motions == 0);
 }
 
 TEST_CASE("supports that have no meaning are refused", "[supports]") {
