@@ -71,6 +71,9 @@ DirectSolver::DirectSolver(const BlockMatrix<double>& A) : state_(std::make_uniq
   matrix.sorted = 1;
   matrix.packed = 1;
   cholmod_common* const common = &state_->common;
+  // Small factors have no supernodes worth a call of BLAS, whose first one costs more than the whole factor.
+  constexpr int small = 2000;
+  if (n < small) common->supernodal = CHOLMOD_SIMPLICIAL;
   state_->factor = cholmod_analyze(&matrix, common);
   if (state_->factor && cholmod_factorize(&matrix, state_->factor, common))
     state_->factored = common->status == CHOLMOD_OK && state_->factor->minor == state_->factor->n &&

@@ -26,7 +26,8 @@ struct MeshHierarchy {
       prolongations;  ///< [0] from coarse[0] to the fine mesh, [l] from coarse[l] to coarse[l - 1]
 };
 struct HierarchyOptions {
-  int smallest = 400;      ///< reduced nodes at which the direct solve takes over
+  int smallest = 50;       ///< reduced nodes at which the direct solve takes over; else it does on the base mesh, whose
+                           ///< factor a FactorCache can keep while all finer meshes change
   double reduction = 0.6;  ///< a level is kept when it has at most this share of the next finer one's cells
 };
 MeshHierarchy build_hierarchy(const RefinementForest& forest, const Discretization& fine,
