@@ -19,7 +19,8 @@ struct Prolongation {
 };
 
 /// The coarser meshes below a discretization, finest first, and the interpolations between them. Their spaces are
-/// nested. Follows from the forest as the discretization does, and is rebuilt with it.
+/// nested, but where T gives up a bend (hanging_nodes.hpp). Follows from the forest as the discretization does, and is
+/// rebuilt with it.
 struct MeshHierarchy {
   std::vector<Discretization> coarse;
   std::vector<Prolongation>
