@@ -1,5 +1,6 @@
 # Whether DOCUMENT is a complete result of `finegauge reproduce lshape --quick` whose checks all hold. In CMake, since it
 # reads JSON and is there wherever the project was built.
+cmake_minimum_required(VERSION 3.22)
 file(READ ${DOCUMENT} document)
 
 function(expect path value)
