@@ -11,7 +11,6 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 
 constexpr KeyRange any{};
 constexpr KeyRange above_zero{.low = 0.0};
-constexpr KeyRange from_zero{.low = 0.0, .low_allowed = true};
 constexpr KeyRange whole(double low, double high, std::string_view why = {}) {
   return {.low = low, .high = high, .low_allowed = true, .high_allowed = true, .why = why};
 }

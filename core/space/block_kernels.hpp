@@ -23,15 +23,16 @@ inline void load_lanes(const Scalar* from, Lanes<Scalar>& lanes) {
   std::memcpy(&lanes, from, sizeof lanes);
 }
 
-/// One block times the vector's part at its column. A block's columns are loaded four scalars at a time; the fourth
+/// sum += one block times the vector's part at its column. (By reference: returning a vector register would depend on
+/// the processor's options.) A block's columns are loaded four scalars at a time; the fourth
 /// belongs to the next column or block (the matrix ends in padding) and its lane is never read.
 template <class Scalar>
-inline Lanes<Scalar> multiply_block(const Scalar* block, const Scalar* at) {
+inline void add_block_product(const Scalar* block, const Scalar* at, Lanes<Scalar>& sum) {
   Lanes<Scalar> c0, c1, c2;
   load_lanes(block, c0);
   load_lanes(block + 3, c1);
   load_lanes(block + 6, c2);
-  return (c0 * at[0] + c1 * at[1]) + c2 * at[2];
+  sum += (c0 * at[0] + c1 * at[1]) + c2 * at[2];
 }
 
 /// sum += Σ A_p x_column(p) over the blocks [first, last). Four partial sums, so that additions need not wait for one
@@ -44,12 +45,12 @@ inline void multiply_row(const Scalar* values, const int* column, int first, int
   Lanes<Scalar> s0 = {}, s1 = {}, s2 = {}, s3 = {};
   int p = first;
   for (; p + 4 <= last; p += 4, block += 36) {
-    s0 += multiply_block(block, part(p));
-    s1 += multiply_block(block + 9, part(p + 1));
-    s2 += multiply_block(block + 18, part(p + 2));
-    s3 += multiply_block(block + 27, part(p + 3));
+    add_block_product(block, part(p), s0);
+    add_block_product(block + 9, part(p + 1), s1);
+    add_block_product(block + 18, part(p + 2), s2);
+    add_block_product(block + 27, part(p + 3), s3);
   }
-  for (; p < last; ++p, block += 9) s0 += multiply_block(block, part(p));
+  for (; p < last; ++p, block += 9) add_block_product(block, part(p), s0);
   sum += (s0 + s1) + (s2 + s3);
 }
 
