@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <optional>
 
 #include "core/solve/anderson_mixing.hpp"
 #include "core/solve/direct_solver.hpp"
@@ -11,33 +13,42 @@
 namespace finegauge {
 namespace {
 
-/// Solves A x = b with the method that the options ask for; x starts at zero.
+/// The factor of the direct method. That of a linear body's base mesh, which has no coarser one, is kept by the cache:
+/// multigrid on the finer meshes to come asks for it again. Any other matrix does not return; a copy of it and of its
+/// factor would only lie beside the next larger one. Such a factor lives as long as the solve, and the matrices of
+/// later iterations, which have its pattern, are factored in its place.
+class DirectFactor {
+ public:
+  const DirectSolver& factor(const Discretization& d, const MeshHierarchy& hierarchy, const BlockMatrix<double>& A,
+                             FactorCache& factors) {
+    if (hierarchy.coarse.empty() && d.shapes.material().kinematics == Kinematics::linear)
+      return *(kept_ = factors.factor(A));
+    if (!own_)
+      own_.emplace(A);
+    else
+      static_cast<void>(own_->refactor(A));  // factored() says the same
+    return *own_;
+  }
+
+ private:
+  std::shared_ptr<const DirectSolver> kept_;
+  std::optional<DirectSolver> own_;
+};
+
+/// Solves A x = b with the method that the options ask for; x starts at zero. `direct` belongs to the mesh.
 SolveReport solve_linear(const Discretization& d, const MeshHierarchy& hierarchy, const BlockMatrix<double>& A,
                          const Eigen::Matrix3Xd& u, const Eigen::VectorXd& b, const EquilibriumOptions& options,
-                         const IterationLimits& limits, FactorCache& factors, Eigen::VectorXd& x) {
+                         const IterationLimits& limits, FactorCache& factors, DirectFactor& direct,
+                         Eigen::VectorXd& x) {
   x.setZero(b.size());
+  SolveReport not_solved;
+  not_solved.relative_residual = 1.0;
   if (choose_method(d, hierarchy, options.method) == LinearMethod::direct) {
-    const auto solver = factors.factor(A);
-    SolveReport report;
-    if (!solver->factored()) {
-      report.relative_residual = 1.0;
-      return report;
-    }
-    x = solver->solve(b);
-    Eigen::VectorXd Ax;
-    multiply(A, x, Ax);
-    const double norm = b.norm();
-    report.relative_residual = norm > 0.0 ? (b - Ax).norm() / norm : 0.0;
-    report.converged = report.relative_residual <= std::max(limits.relative_residual, 1e-9);
-    report.iterations = 1;
-    return report;
+    const DirectSolver& solver = direct.factor(d, hierarchy, A, factors);
+    return solver.factored() ? solve_refined(solver, A, b, limits.relative_residual, x) : not_solved;
   }
   Multigrid multigrid(d, A, u, hierarchy, factors);
-  if (!multigrid.usable()) {
-    SolveReport report;
-    report.relative_residual = 1.0;
-    return report;
-  }
+  if (!multigrid.usable()) return not_solved;
   return conjugate_gradients(
       A, b, [&](const Eigen::VectorXd& r, Eigen::VectorXd& z) { multigrid.apply(r, z); }, limits, x);
 }
@@ -101,7 +112,8 @@ Equilibrium solve_linear_equilibrium(const Discretization& d, const MeshHierarch
   IterationLimits limits = options.linear;
   if (rest > 0.0) limits.relative_residual = std::min(1.0, limits.relative_residual * scale / rest);
   Eigen::VectorXd change;
-  const SolveReport report = solve_linear(d, hierarchy, A, start, r, options, limits, factors, change);
+  DirectFactor direct;
+  const SolveReport report = solve_linear(d, hierarchy, A, start, r, options, limits, factors, direct, change);
   x += change;
   result.u = expand(d.hanging, x);
   result.linear_iterations = report.iterations;
@@ -134,6 +146,7 @@ Equilibrium solve_corotational_equilibrium(const Discretization& d, const MeshHi
   Eigen::VectorXd x = gather(d.hanging, start);
   impose(d.supports, x);
   AndersonMixing mixing(mixing_depth);
+  DirectFactor direct;
   Stopwatch watch;
   for (;;) {
     result.u = expand(d.hanging, x);
@@ -159,7 +172,8 @@ Equilibrium solve_corotational_equilibrium(const Discretization& d, const MeshHi
     result.times.reduce_ms += watch.lap();
     apply_supports(d.supports, A);
     Eigen::VectorXd change;
-    const SolveReport report = solve_linear(d, hierarchy, A, result.u, r, options, options.linear, factors, change);
+    const SolveReport report =
+        solve_linear(d, hierarchy, A, result.u, r, options, options.linear, factors, direct, change);
     result.linear_iterations += report.iterations;
     ++result.newton_iterations;
     if (!report.converged || !change.allFinite()) break;

@@ -1,5 +1,7 @@
 #include "core/static_step.hpp"
 
+#include <utility>
+
 #include "core/space/transfer.hpp"
 #include "core/stopwatch.hpp"
 
@@ -7,9 +9,19 @@ namespace finegauge {
 
 StaticSolution solve_static(const RefinementForest& forest, const StaticProblem& problem, const StaticSolution* before,
                             FactorCache& factors) {
+  Stopwatch watch;
+  Discretization discretization = discretize(forest, problem.material, problem.supports);
+  const double discretize_ms = watch.lap();
+  StaticSolution solution = solve_static(forest, std::move(discretization), problem, before, factors);
+  solution.times.topology_ms += discretize_ms;
+  return solution;
+}
+
+StaticSolution solve_static(const RefinementForest& forest, Discretization discretization, const StaticProblem& problem,
+                            const StaticSolution* before, FactorCache& factors) {
   StaticSolution solution;
   Stopwatch watch;
-  solution.discretization = discretize(forest, problem.material, problem.supports);
+  solution.discretization = std::move(discretization);
   const Discretization& d = solution.discretization;
   const MeshHierarchy hierarchy = build_hierarchy(forest, d, problem.supports);
   solution.multigrid_levels = 1 + static_cast<int>(hierarchy.coarse.size());

@@ -36,5 +36,9 @@ struct StaticSolution {
 /// The static frame: mesh > T > patterns > (start from the solution before, or zero) > equilibrium > estimate.
 StaticSolution solve_static(const RefinementForest& forest, const StaticProblem& problem, const StaticSolution* before,
                             FactorCache& factors);
+/// The same for who has the forest's discretization, with the problem's material and supports, at hand; the time that
+/// it took is the caller's.
+StaticSolution solve_static(const RefinementForest& forest, Discretization discretization, const StaticProblem& problem,
+                            const StaticSolution* before, FactorCache& factors);
 
 }  // namespace finegauge

@@ -32,9 +32,8 @@ class RunFiles {
 
  private:
   void add_vtu(const StaticView& view) {
-    char number[16];
-    std::snprintf(number, sizeof number, "_%04d", view.step.step);
-    const std::string name = scene_.name + number + ".vtu";
+    if (series_.empty()) remove_vtu_series(directory_, scene_.name);
+    const std::string name = vtu_series_file(scene_.name, view.step.step);
     write_vtu(directory_ / name, view.discretization.mesh, view.discretization.hanging,
               vtu_fields(view.discretization, view.u, view.estimate));
     series_.emplace_back(view.step.step, name);
@@ -143,7 +142,7 @@ void print_steps(const Scene& scene, const StaticRun& run, const std::vector<std
     std::printf("%s = %s\n", quantity.name.c_str(),
                 quantity_text(quantity, run.steps.back().quantities.at(quantity.name), scene.dimensionless).c_str());
   std::printf("stopped: %s\n", run.stopped_because.c_str());
-  for (const std::string& note : notes) std::printf("%s\n", note.c_str());
+  for (const std::string& note : notes) std::printf("note: %s\n", note.c_str());
   std::fflush(stdout);
 }
 
@@ -188,7 +187,7 @@ int run_scene(const std::string& file, const CommonOptions& options) {
   for (const StaticStep& step : run.steps) document.rows.push_back(to_json(step));
   document.summary = summarize(run);
   document.checks.push_back(check("unconverged_frames", document.summary["unconverged_frames"], 0.0, 0.0));
-  std::vector<std::string> notes;
+  std::vector<std::string> notes = run.notes;
   if (scene.adapt && scene.adapt->tolerance > 0.0) {
     const bool quick_end = options.quick && stopped_by_dofs(run, *scene.adapt) && run.steps.back().dofs < scene_dofs;
     // A run that was cut short has not had its chance to meet the tolerance.

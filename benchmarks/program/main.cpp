@@ -21,7 +21,7 @@ void add_planned_commands(CLI::App& program) {
     CLI::App* command = program.add_subcommand(planned.name, planned.about)->group("")->allow_extras();
     command->set_help_flag();
     command->callback([name = planned.name] {
-      throw UsageError(std::string("finegauge ") + name + " is not built yet; built are: list, run, reproduce, help");
+      throw UsageError(std::string(name) + " is not built yet; built are: list, run, reproduce, help");
     });
   }
 }

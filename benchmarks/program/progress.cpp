@@ -24,7 +24,7 @@ double Progress::seconds() const {
 
 void Progress::update(double fraction, const std::string& doing) {
   if (quiet_) return;
-  fraction = std::clamp(fraction, 0.0, 1.0);
+  fraction = shown_ = std::max(shown_, std::clamp(fraction, 0.0, 1.0));
   const int percent = static_cast<int>(100.0 * fraction);
   if (!terminal_) {
     std::fprintf(stderr, "%3d %%  %s\n", percent, doing.c_str());

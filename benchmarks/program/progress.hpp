@@ -14,7 +14,7 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// fraction: of the whole, 0 to 1.
+  /// fraction: of the whole, 0 to 1. An estimate may take back what it promised; what is shown never falls.
   void update(double fraction, const std::string& doing);
   /// A line that stays.
   void note(const std::string& line) const;
@@ -25,6 +25,7 @@ class Progress {
  private:
   bool quiet_, terminal_;
   mutable bool line_open_ = false;
+  double shown_ = 0.0;
   std::chrono::steady_clock::time_point start_;
 };
 

@@ -5,8 +5,10 @@
 #include <optional>
 #include <span>
 #include <stdexcept>
+#include <utility>
 
 #include "benchmarks/program/material_point.hpp"
+#include "benchmarks/program/static_notes.hpp"
 #include "core/adapt/apply_refinements.hpp"
 #include "core/adapt/directional_marking.hpp"
 #include "core/adapt/marking.hpp"
@@ -94,9 +96,8 @@ Json quantities_of_interest(const Scene& scene, const Mesh& mesh, const Equilibr
 }
 
 /// What only the mesh can tell, before anything is solved or written.
-void check_scene_on_mesh(const Scene& scene, const RefinementForest& forest, const StaticProblem& problem) {
-  const Discretization d = discretize(forest, problem.material, problem.supports);
-  check_held(scene, forest.topology(), d);
+void check_scene_on_mesh(const Scene& scene, const BaseTopology& topology, const Discretization& d) {
+  check_held(scene, topology, d);
   check_points(scene, d.mesh);
 }
 
@@ -141,14 +142,15 @@ StaticRun run_static(const Scene& scene, const StaticObserver& observer) {
   std::vector<Refinement> chosen;
   FactorCache factors;
   std::optional<StaticSolution> solution;
-  check_scene_on_mesh(scene, forest, problem);
   for (int number = 0;; ++number) {
     StaticStep step;
     step.step = number;
     Stopwatch watch;
     if (solution) run.refined += apply_refinements(forest, solution->discretization.mesh, chosen);
+    Discretization discretization = discretize(forest, problem.material, problem.supports);
     step.topology_ms = watch.lap();
-    solution = solve_static(forest, problem, solution ? &*solution : nullptr, factors);
+    if (number == 0) check_scene_on_mesh(scene, forest.topology(), discretization);
+    solution = solve_static(forest, std::move(discretization), problem, solution ? &*solution : nullptr, factors);
     const Discretization& d = solution->discretization;
     const Equilibrium& equilibrium = solution->equilibrium;
     const ErrorEstimate& estimate = solution->estimate;
@@ -179,9 +181,9 @@ StaticRun run_static(const Scene& scene, const StaticObserver& observer) {
 
     const bool last = !run.stopped_because.empty();
     const bool go_on = observer({step, d, run.u, estimate, last});
-    if (last) return run;
-    if (!go_on) {
-      run.stopped_because = "interrupted";
+    if (last || !go_on) {
+      if (!last) run.stopped_because = "interrupted";
+      run.notes = static_notes(scene, d, run.u);
       return run;
     }
   }

@@ -44,7 +44,8 @@ struct StaticRun {
   std::vector<StaticStep> steps;
   int refined = 0;  ///< cells refined by the loop
   std::string stopped_because;
-  Eigen::Matrix3Xd u;  ///< final nodal displacement [m]
+  Eigen::Matrix3Xd u;              ///< final nodal displacement [m]
+  std::vector<std::string> notes;  ///< on the final solution (static_notes.hpp)
 };
 
 /// Solve, estimate, mark, refine, again, each solve started from the last one's field on the new mesh. A scene without

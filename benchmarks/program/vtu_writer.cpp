@@ -1,11 +1,14 @@
 #include "benchmarks/program/vtu_writer.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <bit>
 #include <cassert>
+#include <cstdio>
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <string_view>
 
 #include "benchmarks/program/atomic_file.hpp"
 #include "core/elasticity/cell_response.hpp"
@@ -146,6 +149,29 @@ VtuFields vtu_fields(const Discretization& d, const Eigen::Matrix3Xd& u, const E
 void write_vtu(const std::filesystem::path& file, const Mesh& mesh, const HangingNodes& hanging,
                const VtuFields& fields) {
   write_file_atomically(file, vtu_text(mesh, hanging, fields));
+}
+
+std::string vtu_series_file(const std::string& name, int step) {
+  char number[16];
+  std::snprintf(number, sizeof number, "_%04d", step);
+  return name + number + ".vtu";
+}
+
+void remove_vtu_series(const std::filesystem::path& directory, const std::string& name) {
+  const auto in_series = [&](const std::string& file) {
+    constexpr std::string_view ending = ".vtu";
+    const std::string start = name + "_";
+    if (!file.starts_with(start) || !file.ends_with(ending) || file.size() < start.size() + 4 + ending.size())
+      return false;
+    return std::all_of(file.begin() + static_cast<std::ptrdiff_t>(start.size()),
+                       file.end() - static_cast<std::ptrdiff_t>(ending.size()),
+                       [](char c) { return '0' <= c && c <= '9'; });
+  };
+  if (!std::filesystem::is_directory(directory)) return;
+  std::vector<std::filesystem::path> old;
+  for (const auto& entry : std::filesystem::directory_iterator(directory))
+    if (entry.is_regular_file() && in_series(entry.path().filename().string())) old.push_back(entry.path());
+  for (const std::filesystem::path& file : old) std::filesystem::remove(file);
 }
 
 void write_pvd(const std::filesystem::path& file, const std::vector<std::pair<double, std::string>>& times_and_files) {

@@ -35,6 +35,12 @@ std::string vtu_text(const Mesh& mesh, const HangingNodes& hanging, const VtuFie
 void write_vtu(const std::filesystem::path& file, const Mesh& mesh, const HangingNodes& hanging,
                const VtuFields& fields);
 
+/// NAME_0012.vtu of step 12, at least four digits.
+std::string vtu_series_file(const std::string& name, int step);
+/// Removes the NAME_0000.vtu, NAME_0001.vtu, ... of an earlier run, which a viewer would take for this run's; no other
+/// file. A directory that does not exist has none.
+void remove_vtu_series(const std::filesystem::path& directory, const std::string& name);
+
 /// The collection that ParaView opens as a time series: times and file names relative to the collection.
 void write_pvd(const std::filesystem::path& file, const std::vector<std::pair<double, std::string>>& times_and_files);
 

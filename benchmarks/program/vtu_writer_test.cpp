@@ -1,7 +1,11 @@
 #include "benchmarks/program/vtu_writer.hpp"
 
+#include <unistd.h>
+
 #include <Eigen/Geometry>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -128,4 +132,25 @@ TEST_CASE("cells have positive volume in VTK's corner order", "[vtu]") {
       CHECK(differing == 1);
     }
   }
+}
+
+TEST_CASE("a new series takes the place of the old one and of nothing else", "[vtu]") {
+  namespace fs = std::filesystem;
+  const fs::path directory = fs::temp_directory_path() / ("finegauge_series_" + std::to_string(::getpid()));
+  fs::create_directories(directory / "bar_0007.vtu.d");
+  const std::vector<std::string> others = {"bar_007.vtu",       "bar_00x7.vtu", "bar_0007.vtu.old", "foobar_0007.vtu",
+                                           "bar_mesh_0001.vtu", "bar.pvd",      "bar_.vtu",         "bar.json"};
+  for (const std::string& name : others) std::ofstream(directory / name) << "kept";
+  const std::vector<std::string> series = {vtu_series_file("bar", 0), vtu_series_file("bar", 12),
+                                           vtu_series_file("bar", 12345)};
+  CHECK(series == std::vector<std::string>{"bar_0000.vtu", "bar_0012.vtu", "bar_12345.vtu"});
+  for (const std::string& name : series) std::ofstream(directory / name) << "old";
+  remove_vtu_series(directory, "bar");
+  for (const std::string& name : series) CHECK_FALSE(fs::exists(directory / name));
+  for (const std::string& name : others) {
+    CAPTURE(name);
+    CHECK(fs::exists(directory / name));
+  }
+  fs::remove_all(directory);
+  remove_vtu_series(directory, "bar");  // none, and no complaint
 }

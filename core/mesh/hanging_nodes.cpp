@@ -126,10 +126,14 @@ class LeafSearch {
     add_hexahedron_equation(node, handle, corners, share_of(at, size), origins);
   }
 
+  /// Without corners yet.
+  Equation equation_for(int node, int handle) const {
+    return {node, entity_dimension(mesh_.identities[node]), share_of_base_cell(forest_.cell(handle)), 0, {}, {}};
+  }
+
   void add_hexahedron_equation(int node, int handle, const std::array<int, max_corners>& corners,
                                const std::array<double, 3>& xi, std::vector<Equation>& equations) const {
-    Equation equation{node, entity_dimension(mesh_.identities[node]), 1.0, 0, {}, {}};
-    for (const std::uint64_t count : forest_.cell(handle).per_edge) equation.size /= static_cast<double>(count);
+    Equation equation = equation_for(node, handle);
     const auto N = shape_functions(CellShape::hexahedron, {xi[0], xi[1], xi[2]});
     for (int c = 0; c < 8; ++c) {
       if (N[c] == 0.0) continue;
@@ -144,8 +148,7 @@ class LeafSearch {
                            std::vector<Equation>& equations) {
     if (const int cell = cell_of_[handle]; cell >= 0) {
       const double size = static_cast<double>(at[0] + at[1] + at[2] + at[3]);
-      const double edge = size / static_cast<double>(lattice_unit(CellShape::tetrahedron));
-      Equation equation{node, entity_dimension(mesh_.identities[node]), edge * edge * edge, 0, {}, {}};
+      Equation equation = equation_for(node, handle);
       for (int c = 0; c < 4; ++c) {
         if (at[c] == 0) continue;
         equation.corner[equation.count] = mesh_.cells[cell][c];
@@ -343,14 +346,8 @@ class Elimination {
   /// Share of the base cell of the largest leaf that has the node as a corner.
   void find_coarsest_cells() {
     coarsest_.assign(mesh_.node_count(), 0.0);
-    const double unit = static_cast<double>(lattice_unit(mesh_.shape));
     for (int cell = 0; cell < mesh_.cell_count(); ++cell) {
-      const LeafFrame& frame = mesh_.frames[cell];
-      double size = 1.0;
-      if (mesh_.shape == CellShape::hexahedron)
-        for (const std::uint64_t edge : frame.corners[1]) size *= static_cast<double>(edge) / unit;
-      else
-        size = std::pow(0.5, 3 * frame.depth);
+      const double size = share_of_base_cell(forest_.cell(mesh_.forest_cell[cell]));
       for (int c = 0; c < corner_count(mesh_.shape); ++c) {
         double& coarsest = coarsest_[mesh_.cells[cell][c]];
         coarsest = std::max(coarsest, size);

@@ -189,6 +189,12 @@ LeafFrame base_frame(CellShape shape, int base_cell) {
   return {base_cell, 0, {{{0, 0, 0}, {unit, 0, 0}, {0, unit, 0}, {0, 0, unit}}}};
 }
 
+double share_of_base_cell(const RefinementForest::Cell& cell) {
+  double share = 1.0;
+  for (const std::uint64_t count : cell.per_edge) share /= static_cast<double>(count);
+  return share;
+}
+
 void child_frames(CellShape shape, const LeafFrame& frame, RefinementTemplate refinement,
                   std::vector<LeafFrame>& children) {
   children.clear();
@@ -222,9 +228,8 @@ std::vector<int> RefinementForest::heights() const {
   return heights;
 }
 
-Mesh RefinementForest::leaf_mesh(int height) const {
-  const std::vector<int> cell_heights = heights();
-  MeshBuilder builder{*this, cell_heights, height, NodeNumbers(static_cast<std::size_t>(leaf_count_) * 3 / 2), {}, {}};
+Mesh RefinementForest::leaf_mesh(int height, const std::vector<int>& heights) const {
+  MeshBuilder builder{*this, heights, height, NodeNumbers(static_cast<std::size_t>(leaf_count_) * 3 / 2), {}, {}};
   builder.mesh.shape = base_.shape;
   for (int cell = 0; cell < static_cast<int>(base_.cells.size()); ++cell)
     builder.visit(cell, base_frame(base_.shape, cell));

@@ -55,7 +55,9 @@ class RefinementForest {
   /// Sweeps that each coarsen every family of leaves until only the cell is left, for all cells; zero for a leaf.
   std::vector<int> heights() const;
   /// The leaves as a mesh. With height > 0: the mesh after that many such sweeps, the levels of a multigrid hierarchy.
-  Mesh leaf_mesh(int height = 0) const;
+  Mesh leaf_mesh(int height = 0) const { return leaf_mesh(height, heights()); }
+  /// The same for who has the heights() of the forest as it is now at hand.
+  Mesh leaf_mesh(int height, const std::vector<int>& heights) const;
 
  private:
   BaseMesh base_;
@@ -65,6 +67,8 @@ class RefinementForest {
   int leaf_count_;
 };
 
+/// Volume of a cell in its base cell's natural coordinates, as a share of the base cell.
+double share_of_base_cell(const RefinementForest::Cell& cell);
 /// Frames of the children of a cell, in their order.
 void child_frames(CellShape shape, const LeafFrame& frame, RefinementTemplate refinement,
                   std::vector<LeafFrame>& children);

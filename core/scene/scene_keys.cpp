@@ -116,7 +116,7 @@ constexpr SceneKey keys[] = {
      "sparse Cholesky, or conjugate gradients with multigrid"},
     {"solver", "relative_residual", KeyType::number, "",
      KeyRange{.low = 1e-14, .high = 1.0, .low_allowed = true, .why = "rounding allows no less than 1e-14"}, "", "1e-6",
-     "of each iterative linear solve: |b - A x| / |b|"},
+     "of each linear solve: |b - A x| / |b|"},
     {"solver", "iterations", KeyType::integer, "", whole(1, 1000000), "", "1000", "of each linear solve at most"},
     {"solver", "newton_iterations", KeyType::integer, "", whole(1, 10000), "", "50", "at most, corotational only"},
     {"solver", "newton_residual", KeyType::number, "",
@@ -124,7 +124,7 @@ constexpr SceneKey keys[] = {
      "force out of balance over the force applied, corotational only"},
 
     {"quantity", "kind", KeyType::choice, "", any, "energy|displacement", required_key,
-     "the strain energy product, integral of strain : stress [J], or a displacement [m]"},
+     "twice the strain energy, the integral of strain : stress [J], or a displacement [m]"},
     {"quantity", "name", KeyType::text, "", any, "", optional_key, "of the result; none: the kind"},
     {"quantity", "point", KeyType::vector, "m", any, "", optional_key,
      "rest position of the material point; needed with displacement"},

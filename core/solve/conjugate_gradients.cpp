@@ -7,7 +7,8 @@ namespace finegauge {
 SolveReport conjugate_gradients(const BlockMatrix<double>& A, const Eigen::VectorXd& b, const Preconditioner& M,
                                 const IterationLimits& limits, Eigen::VectorXd& x) {
   SolveReport report;
-  const double target = limits.relative_residual * b.norm();
+  // Squares decide: in units scaled by powers of two they are the same numbers, exactly scaled.
+  const double target = limits.relative_residual * limits.relative_residual * b.squaredNorm();
   if (b.squaredNorm() == 0.0) {
     x.setZero(b.size());
     report.converged = true;
@@ -16,14 +17,14 @@ SolveReport conjugate_gradients(const BlockMatrix<double>& A, const Eigen::Vecto
   Eigen::VectorXd Ap, z, p;
   multiply(A, x, Ap);
   Eigen::VectorXd r = b - Ap;
-  double residual = r.norm(), rz = 0.0;
+  double residual = r.squaredNorm(), rz = 0.0;
   // The recursive residual drifts from the true one by round-off; when it says "done" the true one decides, and the
   // iteration starts afresh from there if it does not agree.
   while (std::isfinite(residual)) {
     if (residual <= target) {
       multiply(A, x, Ap);
       r = b - Ap;
-      residual = r.norm();
+      residual = r.squaredNorm();
       if (residual <= target) {
         report.converged = true;
         break;
@@ -45,7 +46,7 @@ SolveReport conjugate_gradients(const BlockMatrix<double>& A, const Eigen::Vecto
     const double alpha = rz / pAp;
     x += alpha * p;
     r -= alpha * Ap;
-    residual = r.norm();
+    residual = r.squaredNorm();
     ++report.iterations;
   }
   multiply(A, x, Ap);

@@ -10,9 +10,8 @@
 namespace finegauge {
 namespace {
 
-/// Cells of the mesh of every height (RefinementForest::leaf_mesh).
-std::vector<int> cell_counts(const RefinementForest& forest) {
-  const std::vector<int> heights = forest.heights();
+/// Cells of the mesh of every height (RefinementForest::leaf_mesh), from the heights of the forest.
+std::vector<int> cell_counts(const RefinementForest& forest, const std::vector<int>& heights) {
   const int base_cells = static_cast<int>(forest.base().cells.size());
   const int levels = 1 + *std::max_element(heights.begin(), heights.begin() + base_cells);
   std::vector<int> change(levels + 1, 0);
@@ -83,12 +82,13 @@ Prolongation interpolate(const Discretization& coarse, const Discretization& fin
 MeshHierarchy build_hierarchy(const RefinementForest& forest, const Discretization& fine,
                               const std::vector<SupportCondition>& supports, const HierarchyOptions& options) {
   MeshHierarchy hierarchy;
-  const std::vector<int> counts = cell_counts(forest);
+  const std::vector<int> heights = forest.heights();
+  const std::vector<int> counts = cell_counts(forest, heights);
   int reduced = fine.hanging.reduced_count(), cells = counts[0];
   for (int height = 1; height < static_cast<int>(counts.size()) && reduced > options.smallest; ++height) {
     const bool last = height + 1 == static_cast<int>(counts.size());
     if (counts[height] > options.reduction * cells && !last) continue;
-    hierarchy.coarse.push_back(discretize(forest, fine.shapes.material(), supports, height));
+    hierarchy.coarse.push_back(discretize(forest, forest.leaf_mesh(height, heights), fine.shapes.material(), supports));
     reduced = hierarchy.coarse.back().hanging.reduced_count();
     cells = counts[height];
   }

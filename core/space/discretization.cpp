@@ -1,6 +1,7 @@
 #include "core/space/discretization.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace finegauge {
 namespace {
@@ -81,8 +82,13 @@ void build_pattern(int size, CellScatter& scatter, BlockPattern& pattern) {
 
 Discretization discretize(const RefinementForest& forest, const Material& material,
                           const std::vector<SupportCondition>& supports, int height) {
+  return discretize(forest, forest.leaf_mesh(height), material, supports);
+}
+
+Discretization discretize(const RefinementForest& forest, Mesh mesh, const Material& material,
+                          const std::vector<SupportCondition>& supports) {
   Discretization d;
-  d.mesh = forest.leaf_mesh(height);
+  d.mesh = std::move(mesh);
   d.hanging = find_hanging_nodes(forest, d.mesh);
   d.supports = find_supports(forest.base(), d.mesh, d.hanging, supports);
   d.shapes = RestShapes(d.mesh, material);

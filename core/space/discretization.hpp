@@ -36,6 +36,9 @@ struct Discretization {
 };
 Discretization discretize(const RefinementForest& forest, const Material& material,
                           const std::vector<SupportCondition>& supports, int height = 0);
+/// Of a `forest.leaf_mesh(...)` of the forest as it is now.
+Discretization discretize(const RefinementForest& forest, Mesh mesh, const Material& material,
+                          const std::vector<SupportCondition>& supports);
 
 /// u = T u_m and its adjoint; reduced vectors have 3 × reduced nodes, nodal ones are 3 × nodes.
 Eigen::Matrix3Xd expand(const HangingNodes& hanging, const Eigen::VectorXd& reduced);

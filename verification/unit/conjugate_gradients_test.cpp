@@ -1,5 +1,6 @@
 #include "core/solve/conjugate_gradients.hpp"
 
+#include <cmath>
 #include <limits>
 
 #include "core/solve/direct_solver.hpp"
@@ -120,6 +121,30 @@ TEST_CASE("an indefinite matrix, an indefinite preconditioner and NaN are breakd
     wrong[7] = std::numeric_limits<double>::quiet_NaN();
     CHECK_FALSE(conjugate_gradients(chain.A, wrong, identity, {1e-10, 1000}, x).converged);
   }
+}
+
+TEST_CASE("units that are powers of two apart stop at the same iteration with the same bits", "[cg]") {
+  const Chain chain(40, 1.0);
+  const Eigen::VectorXd b = random_vector_of(120, 1);
+  const auto solve = [&](const BlockMatrix<double>& A, const Eigen::VectorXd& right, int& iterations) {
+    Eigen::VectorXd x = Eigen::VectorXd::Zero(120);
+    const SolveReport report = conjugate_gradients(A, right, identity, {1e-7, 1000}, x);
+    CHECK(report.converged);
+    iterations = report.iterations;
+    return x;
+  };
+  int iterations = 0;
+  const Eigen::VectorXd x = solve(chain.A, b, iterations);
+  for (const int of_A : {-31, -8, 0, 5, 33})
+    for (const int of_b : {-101, -40, 1, 77}) {
+      CAPTURE(of_A, of_b);
+      Chain scaled(40, 1.0);
+      for (double& value : scaled.A.values) value = std::ldexp(value, of_A);
+      int found = 0;
+      const Eigen::VectorXd y = solve(scaled.A, Eigen::VectorXd(std::ldexp(1.0, of_b) * b), found);
+      CHECK(found == iterations);
+      CHECK(Eigen::VectorXd(std::ldexp(1.0, of_A - of_b) * y) == x);
+    }
 }
 
 TEST_CASE("the direct solver solves to round-off", "[direct]") {

@@ -217,6 +217,72 @@ TEST_CASE("a linear solve that runs out of iterations says so", "[equilibrium]")
   CHECK(found.linear_iterations == 2);
 }
 
+TEST_CASE("a direct solve that round-off keeps from the residual asked for says so", "[equilibrium]") {
+  const Problem problem(RefinementForest(beam({40, 2, 2})), soft(Kinematics::linear), clamped,
+                        end_force({0.0, 0.0, -1.0}));
+  EquilibriumOptions options;
+  options.method = LinearMethod::direct;
+  options.linear.relative_residual = 1e-9;
+  const Equilibrium found = problem.solve(problem.rest(), options);
+  CHECK(found.converged);
+  CHECK(found.relative_residual <= 1e-9);
+  options.linear.relative_residual = 1e-15;  // round-off allows some 1e-12
+  const Equilibrium impossible = problem.solve(problem.rest(), options);
+  CHECK_FALSE(impossible.converged);
+  CHECK(impossible.relative_residual > 1e-15);
+  CHECK(impossible.relative_residual < 1e-9);
+  CHECK((impossible.u - found.u).norm() <= 1e-6 * found.u.norm());
+}
+
+TEST_CASE("a body whose stresses are in units that are powers of two apart moves by the same bits", "[equilibrium]") {
+  const auto method = GENERATE(LinearMethod::direct, LinearMethod::multigrid);
+  const auto kinematics = GENERATE(Kinematics::linear, Kinematics::corotational);
+  // Moduli and loads by 2^stress; odd ones too, whose root is no power of two.
+  const auto solve = [&](int stress) {
+    RefinementForest forest(beam({10, 2, 2}));
+    for (int cell = 0; cell < 20; ++cell) forest.refine(cell, {{2, 2, 2}});
+    Material material = soft(kinematics);
+    material.youngs_modulus = std::ldexp(material.youngs_modulus, stress);
+    const Eigen::Vector3d force = std::ldexp(1.0, stress) * Eigen::Vector3d(0.1, 0.5, -2.0);
+    const Problem problem(std::move(forest), material, clamped, end_force(force));
+    REQUIRE(problem.d.hanging.hanging_count() > 0);
+    EquilibriumOptions options;
+    options.method = method;
+    const Equilibrium found = problem.solve(problem.rest(), options);
+    CHECK(found.converged);
+    return found.u;
+  };
+  const Eigen::Matrix3Xd u = solve(0);
+  CHECK(u.cwiseAbs().maxCoeff() > 0.01);
+  const bool same = solve(21) == u, small = solve(-15) == u, even = solve(8) == u;  // not in CHECK: it would print u
+  CHECK(same);
+  CHECK(small);
+  CHECK(even);
+}
+
+TEST_CASE("the cache keeps the factor of the base mesh, and none of a mesh that will change", "[equilibrium]") {
+  EquilibriumOptions options;
+  options.method = LinearMethod::direct;
+  const auto load = end_force({0.0, 0.0, -0.1});
+  const Problem base(RefinementForest(beam({10, 1, 1})), soft(Kinematics::linear), clamped, load);
+  REQUIRE(base.hierarchy.coarse.empty());
+  RefinementForest forest(beam({10, 1, 1}));
+  for (const int leaf : leaves(forest)) forest.refine(leaf, {{2, 2, 2}});
+  const Problem fine(std::move(forest), soft(Kinematics::linear), clamped, load);
+  REQUIRE_FALSE(fine.hierarchy.coarse.empty());
+  const auto matrix_of = [](const Problem& problem) {
+    BlockMatrix<double> A = assemble_stiffness(problem.d, problem.rest());
+    apply_supports(problem.d.supports, A);
+    return A;
+  };
+  FactorCache factors;
+  CHECK(solve_equilibrium(base.d, base.hierarchy, base.loads, base.rest(), options, &factors).converged);
+  const auto kept = factors.factor(matrix_of(base));
+  CHECK(kept.use_count() == 2);  // the cache's and this one
+  CHECK(solve_equilibrium(fine.d, fine.hierarchy, fine.loads, fine.rest(), options, &factors).converged);
+  CHECK(factors.factor(matrix_of(base)) == kept);
+}
+
 TEST_CASE("the solution of a linear body does not depend on the start", "[equilibrium]") {
   const auto method = GENERATE(LinearMethod::direct, LinearMethod::multigrid);
   std::mt19937 generator(3);

@@ -151,6 +151,34 @@ TEST_CASE("the mesh does not depend on the order of refinement", "[forest]") {
   CHECK(handles_differ);  // otherwise the orders were the same
 }
 
+TEST_CASE("the shares of the leaves of a base cell sum to one", "[forest]") {
+  const auto shape = GENERATE(CellShape::hexahedron, CellShape::tetrahedron);
+  std::mt19937 generator(12);
+  RefinementForest forest(scrambled_box(shape, generator));
+  const auto templates = all_templates(shape);
+  refine_randomly(forest, {templates, 20, 4, 2000}, generator);
+  const Mesh mesh = forest.leaf_mesh();
+  std::vector<double> sum(forest.base().cells.size(), 0.0);
+  double smallest = 1.0;
+  for (const int handle : mesh.forest_cell) {
+    const double share = share_of_base_cell(forest.cell(handle));
+    sum[forest.cell(handle).base] += share;
+    smallest = std::min(smallest, share);
+  }
+  for (const double total : sum) CHECK_THAT(total, WithinAbs(1.0, 1e-12));
+  CHECK(smallest < 0.01);
+}
+
+TEST_CASE("meshes of every height are the same with the heights at hand", "[forest]") {
+  std::mt19937 generator(13);
+  RefinementForest forest(scrambled_box(CellShape::hexahedron, generator));
+  const auto templates = all_templates(CellShape::hexahedron);
+  refine_randomly(forest, {templates, 10, 3, 1000}, generator);
+  const std::vector<int> heights = forest.heights();
+  for (int height = 0; height < 4; ++height)
+    CHECK(same_bits(forest.leaf_mesh(height), forest.leaf_mesh(height, heights), true));
+}
+
 TEST_CASE("leaves fill the body whatever the corner order of neighbouring base cells", "[forest]") {
   const auto shape = GENERATE(CellShape::hexahedron, CellShape::tetrahedron);
   std::mt19937 generator(8);
