@@ -117,11 +117,13 @@ CellGeometry tetrahedron_geometry(const CellVectors& corners) {
 }
 
 CellMatrix hexahedron_stiffness(const CellGeometry& geometry, const Material& material) {
-  // s[i](a, q) = sqrt(|w_q|) ∂N_a/∂X_i: with the root of the weight on both factors K is symmetric to the last bit.
+  // s[i](a, q) = sqrt(|w_q|) ∂N_a/∂X_i: with the root of the weight on both factors K is symmetric to the last bit. The
+  // weights are taken over a power of two near the volume, or the root would round otherwise in other units.
+  const double unit = std::ldexp(1.0, std::ilogb(geometry.volume));
   using Square = Eigen::Array<double, 8, 8>;
   std::array<Eigen::Matrix<double, 8, 8>, 3> s, signed_s;
   for (int q = 0; q < 8; ++q) {
-    const double root = std::sqrt(std::abs(geometry.weights[q]));
+    const double root = std::sqrt(std::abs(geometry.weights[q]) / unit);
     for (int i = 0; i < 3; ++i) s[i].col(q) = root * geometry.gradients[q].row(i).transpose();
   }
   for (int i = 0; i < 3; ++i)
@@ -130,9 +132,9 @@ CellMatrix hexahedron_stiffness(const CellGeometry& geometry, const Material& ma
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) S[i][j] = signed_s[i].lazyProduct(s[j].transpose()).array();
 
-  const double mu = material.mu();
+  const double mu = unit * material.mu();
   const bool mean = material.dilatation == Dilatation::mean;
-  const double volumetric = mean ? -2.0 / 3.0 * mu : material.lambda();
+  const double volumetric = mean ? -2.0 / 3.0 * mu : unit * material.lambda();
   const double mean_bulk = mean ? material.bulk() * geometry.volume : 0.0;
   CellMatrix K;
   for (int b = 0; b < 8; ++b) {
