@@ -11,31 +11,47 @@ namespace finegauge {
 
 namespace {
 
-/// What is held at one node so far.
+/// What is held at one node so far. The displacement there is the sum of its parts, each times its own course.
 struct Held {
+  struct Part {
+    int motion;
+    Eigen::Vector3d displacement;
+  };
   Eigen::Matrix3d projector = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d displacement = Eigen::Vector3d::Zero();
+  Eigen::Vector3d resting = Eigen::Vector3d::Zero();
+  std::vector<Part> moving;  // by motion, ascending
   int directions = 0;
+
+  /// The part of a motion; the resting one for motion -1.
+  Eigen::Vector3d& part(int motion) {
+    if (motion < 0) return resting;
+    if (moving.empty() || moving.back().motion != motion) moving.push_back({motion, Eigen::Vector3d::Zero()});
+    return moving.back().displacement;
+  }
 };
 
 /// Planes closer than this angle [rad] are one plane: their line of intersection would be round-off.
 constexpr double same_plane = 1e-6;
 
-void hold_all(Held& held, const Eigen::Vector3d& displacement) {
+void hold_all(Held& held, int motion, const Eigen::Vector3d& displacement) {
   const Eigen::Vector3d rest = displacement - held.projector * displacement;
-  held.displacement += rest;
+  held.part(motion) += rest;
   held.projector.setIdentity();
   held.directions = 3;
 }
 
 /// Adds n·u = value. With r the part of n that is still free, u = displacement + alpha r/|r| meets it and all before.
-void hold_component(Held& held, const Eigen::Vector3d& n, double value) {
+/// That is linear in all values: each part takes its share of alpha.
+void hold_component(Held& held, const Eigen::Vector3d& n, int motion, double value) {
   if (held.directions == 3) return;
   const Eigen::Vector3d r = n - held.projector * n;
   const double length = r.norm();
   if (length < same_plane) return;
   const Eigen::Vector3d direction = r / length;
-  held.displacement += (value - n.dot(held.displacement)) / length * direction;
+  held.part(motion);  // it exists from here on
+  held.resting += ((motion < 0 ? value : 0.0) - n.dot(held.resting)) / length * direction;
+  for (Held::Part& part : held.moving)
+    part.displacement += ((part.motion == motion ? value : 0.0) - n.dot(part.displacement)) / length * direction;
   held.projector += direction * direction.transpose();
   if (++held.directions == 3) held.projector.setIdentity();
 }
@@ -69,6 +85,14 @@ Eigen::Vector3d prescribed(const SupportCondition& condition, const Eigen::Vecto
     throw std::invalid_argument(message.str());
   }
   return value;
+}
+
+double factor(const SupportMotion& motion, double time) {
+  const double value = motion.course(time);
+  if (std::isfinite(value)) return value;
+  std::ostringstream message;
+  message << "support on surface '" << motion.surface << "': its course at the time " << time << " s is not finite";
+  throw std::invalid_argument(message.str());
 }
 
 /// Per base cell the number of its body. Bodies are numbered in the order of their first cells.
@@ -145,7 +169,10 @@ Supports find_supports(const BaseMesh& base, const Mesh& mesh, const HangingNode
                        const std::vector<SupportCondition>& conditions) {
   std::vector<int> slot(hanging.reduced_count(), -1);
   std::vector<Held> held;
+  Supports supports;
   for (const SupportCondition& condition : conditions) {
+    const int motion = condition.course ? static_cast<int>(supports.motions.size()) : -1;
+    if (condition.course) supports.motions.push_back({condition.surface, condition.course, {}, {}});
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();
     if (condition.normal) {
       // Scaled by the largest component first: the square of a tiny or huge normal would leave the range.
@@ -165,19 +192,40 @@ Supports find_supports(const BaseMesh& base, const Mesh& mesh, const HangingNode
       }
       const Eigen::Vector3d value = prescribed(condition, mesh.nodes.col(node));
       if (condition.normal)
-        hold_component(held[at], normal, normal.dot(value));
+        hold_component(held[at], normal, motion, normal.dot(value));
       else
-        hold_all(held[at], value);
+        hold_all(held[at], motion, value);
     }
   }
-  Supports supports;
   for (int reduced = 0; reduced < hanging.reduced_count(); ++reduced) {
     if (slot[reduced] < 0) continue;
+    const Held& here = held[slot[reduced]];
+    for (const Held::Part& part : here.moving) {
+      SupportMotion& motion = supports.motions[part.motion];
+      motion.at.push_back(static_cast<int>(supports.reduced.size()));
+      motion.displacement.push_back(part.displacement);
+    }
     supports.reduced.push_back(reduced);
-    supports.held.push_back(held[slot[reduced]].projector);
-    supports.displacement.push_back(held[slot[reduced]].displacement);
+    supports.held.push_back(here.projector);
+    supports.displacement.push_back(here.resting);
+  }
+  if (!supports.motions.empty()) {
+    supports.resting = supports.displacement;
+    prescribe(supports, 0.0, supports.displacement);
   }
   return supports;
+}
+
+void prescribe(const Supports& supports, double time, std::vector<Eigen::Vector3d>& displacement) {
+  if (supports.motions.empty()) {
+    displacement = supports.displacement;
+    return;
+  }
+  displacement = supports.resting;
+  for (const SupportMotion& motion : supports.motions) {
+    const double course = factor(motion, time);
+    for (std::size_t i = 0; i < motion.at.size(); ++i) displacement[motion.at[i]] += course * motion.displacement[i];
+  }
 }
 
 std::vector<BodyFreedom> free_rigid_motions(const BaseTopology& topology, const Mesh& mesh, const HangingNodes& hanging,

@@ -18,6 +18,15 @@ struct SupportCondition {
   std::string surface;                                                  ///< a key of BaseMesh::surfaces
   std::optional<Eigen::Vector3d> normal;                                ///< direction held; need not have length one
   std::function<Eigen::Vector3d(const Eigen::Vector3d&)> displacement;  ///< of the rest position [m]; none: zero
+  std::function<double(double)> course = {};  ///< factor of the displacement over time [s]; none: one, at all times
+};
+
+/// What one condition with a course adds to the prescribed displacements: course(t) × displacement.
+struct SupportMotion {
+  std::string surface;
+  std::function<double(double)> course;
+  std::vector<int> at;                        ///< entries of Supports, ascending
+  std::vector<Eigen::Vector3d> displacement;  ///< at course = 1, merged with the conditions before [m]
 };
 
 /// The part of S that differs from the identity. For each supported node that does not hang: the projector onto the
@@ -28,13 +37,22 @@ struct SupportCondition {
 struct Supports {
   std::vector<int> reduced;                   ///< reduced node numbers, ascending
   std::vector<Eigen::Matrix3d> held;          ///< H, symmetric projector
-  std::vector<Eigen::Vector3d> displacement;  ///< H-part of the prescribed displacement [m]
+  std::vector<Eigen::Vector3d> displacement;  ///< H-part of the prescribed displacement at t = 0 [m]
+  std::vector<Eigen::Vector3d> resting;       ///< its part that does not move [m]; only beside motions
+  std::vector<SupportMotion> motions;         ///< in the order of the conditions that have a course
 };
 
 /// Directions prescribed twice at one node are merged; where they contradict each other the first condition wins in
-/// the directions that it holds. Throws std::invalid_argument when a surface does not exist.
+/// the directions that it holds. Merging is linear in the prescribed values and takes directions from the normals
+/// alone, so that what moves can be told apart once and for all times. Throws std::invalid_argument when a surface does
+/// not exist.
 Supports find_supports(const BaseMesh& base, const Mesh& mesh, const HangingNodes& hanging,
                        const std::vector<SupportCondition>& conditions);
+
+/// The H-part of the prescribed displacement at a time [m], per entry: Supports::displacement where nothing moves, and
+/// at t = 0. `displacement` is overwritten; its buffer is used again. Throws std::invalid_argument where a course is
+/// not finite.
+void prescribe(const Supports& supports, double time, std::vector<Eigen::Vector3d>& displacement);
 
 /// A part of the mesh whose cells hang together through faces, and what its supports leave of it.
 struct BodyFreedom {

@@ -1,0 +1,34 @@
+#include "core/tissue_forces.hpp"
+
+#include "core/elasticity/cell_response.hpp"
+
+namespace finegauge {
+
+TissueForces tissue_forces(const Discretization& d, const Eigen::Matrix3Xd& u, const Eigen::Matrix3Xd& w) {
+  Eigen::Matrix3Xd internal = Eigen::Matrix3Xd::Zero(3, d.mesh.node_count());
+  Eigen::Matrix3Xd stiff = internal;
+  const CellVectors origin = CellVectors::Zero();
+  RestShapes::Entry scratch;
+  for (int cell = 0; cell < d.mesh.cell_count(); ++cell) {
+    const RestShapes::Entry& entry = d.shapes.entry(d.mesh, cell, scratch);
+    const CellVectors X = corner_values(d.mesh, cell, d.mesh.nodes);
+    const CellVectors x = X + corner_values(d.mesh, cell, u);
+    const Eigen::Matrix3d R = cell_rotation(entry.geometry, d.shapes.material(), x);
+    const CellVectors f = cell_force(entry.stiffness, R, X, x);
+    // R K Rᵀ w is the force of a cell of no size at the positions w.
+    const CellVectors Kw = cell_force(entry.stiffness, R, origin, corner_values(d.mesh, cell, w));
+    for (int c = 0; c < corner_count(d.mesh.shape); ++c) {
+      internal.col(d.mesh.cells[cell][c]) += f.col(c);
+      stiff.col(d.mesh.cells[cell][c]) += Kw.col(c);
+    }
+  }
+  return {reduce_forces(d.hanging, internal), reduce_forces(d.hanging, stiff)};
+}
+
+Eigen::VectorXd mass_times(const Eigen::VectorXd& mass, const Eigen::VectorXd& reduced) {
+  Eigen::VectorXd product(reduced.size());
+  for (Eigen::Index i = 0; i < mass.size(); ++i) product.segment<3>(3 * i) = mass[i] * reduced.segment<3>(3 * i);
+  return product;
+}
+
+}  // namespace finegauge
