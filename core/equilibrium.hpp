@@ -33,7 +33,8 @@ struct [[nodiscard]] Equilibrium {
   bool converged = false;
   int newton_iterations = 0;
   int linear_iterations = 0;  ///< summed over Newton
-  double relative_residual = 0.0;  ///< may stay above newton_residual where round-off of the positions does not let it fall
+  double relative_residual =
+      0.0;              ///< may stay above newton_residual where round-off of the positions does not let it fall
   double energy = 0.0;  ///< ∫ ε:σ [J], second-order accurate in the algebraic error for linear problems
   StageTimes times;
 };

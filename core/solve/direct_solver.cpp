@@ -207,7 +207,7 @@ bool DirectSolver::is_factor_of(const BlockMatrix<double>& A) const {
   return same;
 }
 
-Eigen::MatrixXd DirectSolver::solve(const Eigen::MatrixXd& B) const {
+Eigen::MatrixXd DirectSolver::solve_columns(const Eigen::MatrixXd& B) const {
   Eigen::MatrixXd X(B.rows(), B.cols());
   state_->solve(B.data(), static_cast<std::size_t>(B.cols()), X.data());
   return X;

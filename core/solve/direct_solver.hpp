@@ -26,7 +26,7 @@ class DirectSolver {
   bool factored() const;
   /// A⁻¹ b; B: 3 n × right sides, all at once. Throws std::bad_alloc when the solution does not fit the memory.
   Eigen::VectorXd solve(const Eigen::VectorXd& b) const;
-  Eigen::MatrixXd solve(const Eigen::MatrixXd& B) const;
+  Eigen::MatrixXd solve_columns(const Eigen::MatrixXd& B) const;
 
   /// Smallest over the rows j of pivot_j / A_jj, in (0, 1]; 0 when a pivot is not positive. Unlike a condition number
   /// it does not see the scales of the rows.

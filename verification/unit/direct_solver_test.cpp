@@ -193,7 +193,7 @@ TEST_CASE("many right sides are solved at once as one by one", "[direct]") {
   const DirectSolver solver(box.A);
   REQUIRE(solver.factored());
   const Eigen::MatrixXd B = random_matrix(box.discretization.dof_count(), 7, 5);
-  const Eigen::MatrixXd X = solver.solve(B);
+  const Eigen::MatrixXd X = solver.solve_columns(B);
   REQUIRE(X.cols() == 7);
   for (int k = 0; k < 7; ++k) {
     const Eigen::VectorXd b = B.col(k), x = solver.solve(b);
@@ -201,7 +201,7 @@ TEST_CASE("many right sides are solved at once as one by one", "[direct]") {
     CHECK((X.col(k) - x).norm() <= 1e-12 * x.norm());
     CHECK(x.norm() > 0.0);
   }
-  CHECK(solver.solve(Eigen::MatrixXd(B.rows(), 0)).cols() == 0);
+  CHECK(solver.solve_columns(Eigen::MatrixXd(B.rows(), 0)).cols() == 0);
 }
 
 TEST_CASE("a direct solve is converged at the residual that was asked for and at no other", "[direct]") {

@@ -1,0 +1,223 @@
+#include "core/solve/step_solver.hpp"
+
+#include <Eigen/Cholesky>
+#include <cassert>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "core/solve/direct_solver.hpp"
+
+namespace finegauge {
+
+namespace {
+
+using Columns = Eigen::Matrix<double, Eigen::Dynamic, 3>;
+
+/// Three columns of A⁻¹ Bᵀ. The one place that solves with many right sides.
+Columns solve_columns(const DirectSolver& factor, const Columns& right) { return factor.solve_columns(right); }
+
+}  // namespace
+
+struct StepSolver::State {
+  StepSolverOptions options;
+  const BlockMatrix<double>* A = nullptr;
+  std::optional<DirectSolver> factor;
+  bool factor_of_A = false;  ///< of the matrix given last, not of an older one
+  int factorizations = 0, point_columns = 0;
+
+  PointInterpolation B;
+  std::vector<Columns> Y;  ///< per point of B, n × 3; empty: not computed yet
+
+  // Of one solve.
+  const PointTerm* term = nullptr;
+  Eigen::LDLT<Eigen::MatrixXd> compliance, woodbury;  ///< C, C + Dᵀ B Y D
+  Eigen::VectorXd r, z, p, Ap, at_rows;
+
+  int rows() const { return term ? static_cast<int>(term->rows.size()) : 0; }
+
+  /// at_rows = J x.
+  void sample(const Eigen::VectorXd& x) {
+    at_rows.resize(rows());
+    for (int i = 0; i < rows(); ++i) {
+      const PointRow& row = term->rows[i];
+      at_rows[i] = row.direction.dot(sample_free(B, row.point, x));
+    }
+  }
+  /// y = (A + Jᵀ C⁻¹ J) x.
+  void apply(const Eigen::VectorXd& x, Eigen::VectorXd& y) {
+    multiply(*A, x, y);
+    if (rows() == 0) return;
+    sample(x);
+    compliance.solveInPlace(at_rows);
+    for (int i = 0; i < rows(); ++i) add_spread(B, term->rows[i].point, at_rows[i] * term->rows[i].direction, y);
+  }
+  /// z = M⁻¹ r.
+  void precondition() {
+    if (options.method == StepMethod::plain) {
+      z = r;
+      return;
+    }
+    z = factor->solve(r);
+    if (rows() == 0) return;
+    sample(z);
+    woodbury.solveInPlace(at_rows);
+    for (int i = 0; i < rows(); ++i) {
+      const PointRow& row = term->rows[i];
+      z.noalias() -= Y[row.point] * (at_rows[i] * row.direction);
+    }
+  }
+
+  bool renew_factor() {
+    // set_matrix drops the factor of another mesh, so the pattern is the same.
+    if (!(factor && factor->factored() && factor->refactor(*A))) factor.emplace(*A);
+    factor_of_A = true;
+    ++factorizations;
+    for (Columns& columns : Y) columns.resize(0, 3);
+    return factor->factored();
+  }
+  /// Columns that the term's rows need and that are not there.
+  void complete_columns() {
+    for (const PointRow& row : term->rows) {
+      Columns& columns = Y[row.point];
+      if (columns.rows() > 0) continue;
+      Columns right(3 * A->pattern->size(), 3);
+      for (int k = 0; k < 3; ++k) {
+        p.setZero(right.rows());
+        add_spread(B, row.point, Eigen::Vector3d::Unit(k), p);
+        right.col(k) = p;
+      }
+      columns = solve_columns(*factor, right);
+      ++point_columns;
+    }
+  }
+  /// False where the preconditioner is not to be had: the matrix is not positive definite.
+  bool prepare() {
+    if (rows() > 0) compliance.compute(term->compliance);
+    if (options.method == StepMethod::plain) return true;
+    if (!factor && !renew_factor()) return false;
+    if (!factor->factored()) return false;
+    if (rows() == 0) return true;
+    complete_columns();
+    Eigen::MatrixXd total = term->compliance;
+    for (int j = 0; j < rows(); ++j) {
+      const PointRow& column = term->rows[j];
+      p.noalias() = Y[column.point] * column.direction;
+      for (int i = j; i < rows(); ++i) {
+        const PointRow& row = term->rows[i];
+        total(i, j) += row.direction.dot(sample_free(B, row.point, p));
+      }
+    }
+    woodbury.compute(total);  // reads the lower triangle
+    return true;
+  }
+  void residual(const Eigen::VectorXd& b, const Eigen::VectorXd& x) {
+    apply(x, Ap);
+    r = b - Ap;
+  }
+  SolveReport iterate(const Eigen::VectorXd& b, double reference, Eigen::VectorXd& x);
+};
+
+SolveReport StepSolver::State::iterate(const Eigen::VectorXd& b, double reference, Eigen::VectorXd& x) {
+  SolveReport report;
+  const double target = options.linear.relative_residual * reference;
+  residual(b, x);
+  double size = r.norm(), rz = 0.0, last_checked = INFINITY;
+  int since_renewal = 0;
+  bool checked = true;  // r is b - A x and not its recursion
+  while (std::isfinite(size)) {
+    if (size <= target && (report.iterations > 0 || rows() == 0 || size == 0.0)) {
+      if (!checked) {
+        residual(b, x);
+        size = r.norm();
+        checked = true;
+      }
+      if (size <= target) {
+        report.converged = true;
+        break;
+      }
+      if (size > 0.5 * last_checked) break;  // round-off of b - A x itself
+      last_checked = size;
+      rz = 0.0;
+    }
+    if (report.iterations >= options.linear.iterations) break;
+    if (options.method == StepMethod::kept && !factor_of_A && since_renewal >= options.renew_iterations) {
+      if (!renew_factor() || !prepare()) break;
+      residual(b, x);
+      rz = 0.0;
+    }
+    precondition();
+    const double rz_new = r.dot(z);
+    if (!(rz_new > 0.0)) break;
+    if (rz == 0.0)
+      p = z;
+    else
+      p = z + (rz_new / rz) * p;
+    rz = rz_new;
+    apply(p, Ap);
+    const double pAp = p.dot(Ap);
+    if (!(pAp > 0.0)) break;
+    const double alpha = rz / pAp;
+    if (!std::isfinite(alpha)) break;
+    x += alpha * p;
+    r -= alpha * Ap;
+    size = r.norm();
+    checked = false;
+    ++report.iterations;
+    ++since_renewal;
+  }
+  return report;
+}
+
+StepSolver::StepSolver(const StepSolverOptions& options) : state_(std::make_unique<State>()) {
+  state_->options = options;
+}
+StepSolver::~StepSolver() = default;
+StepSolver::StepSolver(StepSolver&&) noexcept = default;
+StepSolver& StepSolver::operator=(StepSolver&&) noexcept = default;
+
+void StepSolver::set_matrix(const BlockMatrix<double>& A, bool same_mesh) {
+  state_->A = &A;
+  state_->factor_of_A = false;
+  if (same_mesh && state_->factor && state_->factor->factored()) return;
+  state_->factor.reset();
+  for (Columns& columns : state_->Y) columns.resize(0, 3);
+}
+
+void StepSolver::set_points(const PointInterpolation& B) {
+  std::vector<Columns> Y(B.point_count(), Columns(0, 3));
+  const int before = state_->B.point_count();
+  for (int q = 0; q < B.point_count(); ++q)
+    for (int k = 0; k < before; ++k) {
+      const int old = (q + k) % before;  // most often the same place in the list
+      if (state_->Y[old].rows() == 0 || !same_point(B, q, state_->B, old)) continue;
+      std::swap(Y[q], state_->Y[old]);
+      break;
+    }
+  state_->B = B;
+  state_->Y = std::move(Y);
+}
+
+SolveReport StepSolver::solve(const PointTerm* term, const Eigen::VectorXd& b, double reference, Eigen::VectorXd& x) {
+  State& state = *state_;
+  assert(state.A && b.size() == 3 * state.A->pattern->size() && x.size() == b.size());
+  if (b.squaredNorm() == 0.0) {
+    x.setZero();
+    return {true, 0, 0.0};
+  }
+  state.term = term;
+  SolveReport report;
+  if (state.prepare()) report = state.iterate(b, reference, x);
+  state.residual(b, x);
+  report.relative_residual = state.r.norm() / reference;
+  state.term = nullptr;
+  return report;
+}
+
+SolveReport StepSolver::solve(const Eigen::VectorXd& b, Eigen::VectorXd& x) { return solve(nullptr, b, b.norm(), x); }
+
+int StepSolver::factorizations() const { return state_->factorizations; }
+int StepSolver::point_columns() const { return state_->point_columns; }
+const StepSolverOptions& StepSolver::options() const { return state_->options; }
+
+}  // namespace finegauge
