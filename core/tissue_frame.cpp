@@ -1,0 +1,117 @@
+#include "core/tissue_frame.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/stopwatch.hpp"
+
+namespace finegauge {
+
+Tissue start_tissue(RefinementForest forest, const MotionProblem& problem) {
+  TissueMesh mesh = build_tissue_mesh(forest, problem.tissue);
+  const Eigen::Matrix3Xd zero = Eigen::Matrix3Xd::Zero(3, mesh.d.mesh.node_count());
+  return {.forest = std::move(forest),
+          .mesh = std::move(mesh),
+          .state = {zero, zero},
+          .estimate = {},
+          .history = {},
+          .system = {},
+          .solver = StepSolver(problem.solver)};
+}
+
+FrameReport begin_report(const Tissue& tissue) {
+  FrameReport report;
+  report.frame = tissue.frame + 1;
+  report.dofs = tissue.mesh.d.dof_count();
+  report.cells = tissue.mesh.d.mesh.cell_count();
+  report.hanging_nodes = tissue.mesh.d.hanging.hanging_count();
+  return report;
+}
+
+void add_tissue_work(const MotionProblem& problem, const Tissue& tissue, const TissueState& before,
+                     const Eigen::VectorXd& constraint_impulse, EnergyLedger& energy) {
+  const TissueWork work =
+      tissue_work(tissue.mesh, problem.tissue, before, tissue.state, constraint_impulse, problem.time_step);
+  energy.work += work.loads + work.supports;
+  energy.dissipated += work.damping + work.numerical;
+}
+
+void close(EnergyLedger& energy) { energy.closure = energy.kinetic + energy.elastic - energy.work + energy.dissipated; }
+
+FrameReport advance_frame(const MotionProblem& problem, Tissue& tissue, EnergyLedger& energy) {
+  FrameReport report = begin_report(tissue);
+  Stopwatch watch;
+  const TissueState before = tissue.state;
+  const double tau = problem.time_step;
+  const LinearSolve solve = [&](const BlockMatrix<double>& A, const Eigen::VectorXd& b, Eigen::VectorXd& x) {
+    report.times.assemble_ms += watch.lap();
+    tissue.solver.set_matrix(A, !std::exchange(tissue.mesh_changed, false));
+    const SolveReport solved = tissue.solver.solve(b, x);
+    report.times.solve_ms += watch.lap();
+    return solved;
+  };
+  const TissueStepReport step =
+      step_tissue(tissue.mesh, problem.tissue, tissue.time, tau, problem.step, solve, tissue.system, tissue.state);
+  report.converged = step.converged;
+  report.residual = step.residual;
+  report.newton_iterations = step.newton_iterations;
+  report.solver_iterations = step.linear_iterations;
+  report.equilibrium_error = step.equilibrium_error;
+  ++tissue.frame;
+  tissue.time = tissue.frame * tau;
+  report.time = tissue.time;
+  add_tissue_work(problem, tissue, before, {}, energy);
+  report.times.update_ms += watch.lap();
+
+  follow_solution(problem, tissue, energy, report);
+  watch.lap();
+  const TissueEnergy stored = tissue_energy(tissue.mesh, tissue.state);
+  energy.kinetic = stored.kinetic;
+  energy.elastic = stored.elastic;
+  close(energy);
+  report.energy = energy;
+  report.times.update_ms += watch.lap();
+  return report;
+}
+
+void follow_solution(const MotionProblem& problem, Tissue& tissue, EnergyLedger& energy, FrameReport& report) {
+  if (!problem.estimate_error && !problem.adapt) return;
+  Stopwatch watch;
+  tissue.estimate = estimate_error_spr(tissue.mesh.d, tissue.state.u);
+  const ErrorEstimate& estimate = tissue.estimate;
+  report.eta = estimate.relative;
+  report.eta_local_max = estimate.energy_norm > 0.0 ? estimate.eta.maxCoeff() / estimate.energy_norm : 0.0;
+  report.times.estimate_ms += watch.lap();
+  if (!problem.adapt) return;
+  FrameAdaptRules rules = *problem.adapt;
+  const double energy_now = estimate.energy_norm * estimate.energy_norm;
+  tissue.largest_energy = std::max(tissue.largest_energy, energy_now);
+  rules.energy_floor = std::max(rules.energy_floor, energy_at_rest * tissue.largest_energy);
+  report.tolerance_met = (rules.tolerance > 0.0 || rules.local_tolerance > 0.0) &&
+                         (!(rules.tolerance > 0.0) || *report.eta <= rules.tolerance) &&
+                         (!(rules.local_tolerance > 0.0) || *report.eta_local_max <= rules.local_tolerance);
+  const Eigen::VectorXd von_mises = cell_von_mises(tissue.mesh.d, tissue.state.u);
+  const FrameMarks marks = mark_frame(tissue.forest, tissue.mesh.d.mesh, estimate, von_mises, tissue.frame,
+                                      tissue.mesh.d.dof_count(), rules, tissue.history);
+  report.times.mark_ms += watch.lap();
+  if (marks.empty()) return;
+  const FrameChange change = adapt_forest(tissue.mesh.d.mesh, marks, tissue.frame, tissue.forest, tissue.history);
+  report.refined = change.refined;
+  report.coarsened = change.coarsened;
+  TissueMesh mesh = build_tissue_mesh(tissue.forest, problem.tissue);
+  report.times.topology_ms += watch.lap();
+  TransferLedger ledger;
+  tissue.state = transfer_state(tissue.mesh, tissue.state, mesh, &ledger);
+  energy.dissipated -= ledger.elastic_change + ledger.kinetic_change;
+  tissue.mesh = std::move(mesh);
+  tissue.mesh_changed = true;
+  report.times.transfer_ms += watch.lap();
+}
+
+std::vector<double> state_values(const Tissue& tissue) {
+  std::vector<double> values(tissue.state.u.data(), tissue.state.u.data() + tissue.state.u.size());
+  values.insert(values.end(), tissue.state.v.data(), tissue.state.v.data() + tissue.state.v.size());
+  return values;
+}
+
+}  // namespace finegauge
