@@ -38,10 +38,15 @@ std::string describe_failure(const Json& failed) {
 void add_common_options(CLI::App& command, CommonOptions& options, const std::string& set_help) {
   command.add_option("-o,--out", options.out, "Directory of the result files (default: results/NAME)");
   command.add_option("--set", options.set, set_help)->allow_extra_args(false)->type_name("KEY=VALUE");
-  command.add_option("--threads", options.threads, "Threads that linear algebra libraries may use (default: 1)")
+  command
+      .add_option("--threads", options.threads,
+                  "Threads that the computation may use (default: 1); results have the same bits for any number. BLAS "
+                  "always has one, since its sums depend on how many share them, and nothing else uses more yet")
       ->check(CLI::Range(1, 1024))
       ->type_name("N");
-  command.add_option("--vtu", options.vtu_every, "Write a VTU file for ParaView every N steps and after the last one")
+  command
+      .add_option("--vtu", options.vtu_every,
+                  "Write a VTU file for ParaView every N steps or frames and after the last one")
       ->check(CLI::Range(1, 1000000000))
       ->type_name("N");
   CLI::Option* full = command.add_flag("--full", options.full, "All that the command can do, however long it takes");
@@ -86,11 +91,11 @@ void require_writable(const std::filesystem::path& directory) {
   ::rmdir(probe.c_str());
 }
 
-void limit_threads(int threads) {
+void use_one_blas_thread() {
   // Found at run time: which BLAS and whether OpenMP is the installation's choice, not ours.
   using Setter = void (*)(int);
   for (const char* name : {"openblas_set_num_threads", "omp_set_num_threads"})
-    if (void* symbol = dlsym(RTLD_DEFAULT, name)) reinterpret_cast<Setter>(symbol)(threads);
+    if (void* symbol = dlsym(RTLD_DEFAULT, name)) reinterpret_cast<Setter>(symbol)(1);
 }
 
 int finish(ResultDocument& document, const CommonOptions& options, const std::filesystem::path& directory,

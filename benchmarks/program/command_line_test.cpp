@@ -1,6 +1,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -8,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "verification/support/catch.hpp"
 
@@ -78,6 +80,60 @@ name = "tip"
 point = [2, 0.5, 0.5]
 )";
 
+// A few frames of a coarse block that falls and swings.
+const std::string swing = R"(name = "swing"
+[box]
+size = [2, 1, 1]
+cells = [4, 2, 2]
+[material]
+youngs_modulus = 1e5
+poisson_ratio = 0.3
+kinematics = "corotational"
+[[support]]
+surface = "x_min"
+[dynamics]
+time_step = 0.01
+duration = 0.08
+density = 1000
+gravity = [0, 0, -9.81]
+[adapt]
+[[quantity]]
+kind = "displacement"
+name = "end"
+point = [2, 0.5, 0.5]
+)";
+
+const std::string insertion = R"(name = "insertion"
+[box]
+size = [0.04, 0.02, 0.02]
+cells = [4, 2, 2]
+[material]
+youngs_modulus = 1e5
+poisson_ratio = 0.4
+kinematics = "corotational"
+[[support]]
+surface = "x_max"
+[dynamics]
+time_step = 0.01
+density = 1000
+[needle]
+youngs_modulus = 1e9
+poisson_ratio = 0.3
+radius = 1e-3
+density = 7800
+base = [-0.0325, 0.01, 0.01]
+tip = [-0.0005, 0.01, 0.01]
+elements = 4
+[[stroke]]
+displacement = [0.004, 0, 0]
+speed = 0.02
+[contact]
+puncture_strength = 0.02
+cut_advance = 1e-3
+friction = 0.5
+clamping = 1
+)";
+
 }  // namespace
 
 TEST_CASE("every command explains itself with an example", "[command-line]") {
@@ -102,7 +158,7 @@ TEST_CASE("bad usage and bad input end with code 2, a message, and nothing writt
        {"", "unknown", "run", "run --nonsense block.toml", "run missing.toml", "run empty.toml",
         "run block.toml --set material.poisson_ratio=0.6", "run block.toml --set nonsense",
         "run block.toml --threads 0", "run block.toml --set material.colour=3", "run block.toml --quick --full",
-        "run block.toml -o new --vtu 0", "reproduce nonsense -o new", "reproduce phantom", "verify", "atlas --help",
+        "run block.toml -o new --vtu 0", "reproduce nonsense -o new", "reproduce liver", "verify", "atlas --help",
         "trade block.toml --rate 30", "help nonsense"}) {
     CAPTURE(arguments);
     const Outcome outcome = shell.run(arguments);
@@ -279,4 +335,115 @@ TEST_CASE("a solve that does not converge ends with code 1 and is kept", "[comma
   const auto written = nlohmann::json::parse(CommandLine::content(shell.work() / "new/block.json"));
   CHECK(written["rows"].back()["converged"] == false);
   CHECK(written["checks"][0]["ok"] == false);
+}
+
+TEST_CASE("a moving run writes a row for each frame, its files, and the same state twice", "[command-line]") {
+  const CommandLine shell;
+  shell.write("swing.toml", swing);
+  const Outcome first = shell.run("run swing.toml --json --vtu 3");
+  CAPTURE(first.err);
+  REQUIRE(first.exit_code == 0);
+  const auto printed = nlohmann::json::parse(first.out);
+  const fs::path results = shell.work() / "results/swing";
+  CHECK(printed == nlohmann::json::parse(CommandLine::content(results / "swing.json")));
+  REQUIRE(printed["rows"].size() == 8);
+  CHECK(printed["rows"][7]["time"].get<double>() == Approx(0.08));
+  CHECK(printed["rows"][7]["quantities"]["end"][2].get<double>() < 0.0);  // it falls
+  CHECK(printed["rows"][7]["energy"]["kinetic"].get<double>() > 0.0);
+  CHECK(printed["rows"][0]["force"].is_null());
+  CHECK(printed["summary"]["frames"] == 8);
+  for (const char* name : {"swing.csv", "swing_mesh.svg", "swing_dofs.svg", "swing_0003.vtu", "swing_0006.vtu",
+                           "swing_0008.vtu", "swing.pvd"}) {
+    CAPTURE(name);
+    CHECK(fs::exists(results / name));
+  }
+  CHECK_FALSE(fs::exists(results / "swing_force.svg"));
+  const Outcome second = shell.run("run swing.toml --json --quiet -o new");
+  REQUIRE(second.exit_code == 0);
+  CHECK(second.err.empty());
+  CHECK(nlohmann::json::parse(second.out)["summary"]["state_sha256"] == printed["summary"]["state_sha256"]);
+}
+
+TEST_CASE("a run with a needle tells its forces, events and files", "[command-line][needle]") {
+  const CommandLine shell;
+  shell.write("insertion.toml", insertion);
+  const Outcome outcome = shell.run("run insertion.toml --vtu 20");
+  CAPTURE(outcome.err, outcome.out);
+  REQUIRE(outcome.exit_code < 2);
+  const fs::path results = shell.work() / "results/insertion";
+  const auto written = nlohmann::json::parse(CommandLine::content(results / "insertion.json"));
+  CHECK(written["rows"].size() == 20);
+  // A frame that did not converge is all that may end it with 1.
+  CHECK((outcome.exit_code == 0) == (written["summary"]["unconverged_frames"] == 0));
+  CHECK(written["summary"]["events"]["puncture"] == 1);
+  CHECK(written["summary"]["largest_force"].get<double>() > 0.02);
+  CHECK(outcome.out.find("puncture at depth") != std::string::npos);
+  for (const char* name : {"insertion.csv", "insertion_mesh.svg", "insertion_force.svg", "insertion_dofs.svg",
+                           "insertion_0020.vtu", "insertion_needle_0020.vtu", "insertion_needle.pvd"}) {
+    CAPTURE(name);
+    CHECK(fs::exists(results / name));
+  }
+}
+
+TEST_CASE("bad input of a moving scene ends with code 2, one message, and nothing written", "[command-line][needle]") {
+  const CommandLine shell;
+  shell.write("insertion.toml", insertion);
+  for (const std::string set :
+       {"needle.radius=0", "needle.radius=-1", "needle.tip=[0.01,0.01,0.01]", "contact.friction=-0.1",
+        "dynamics.time_step=0", "dynamics.density=0", "contact.cut_advance=1", "dynamics.duration=1e-3",
+        "adapt.steps=2", "support[0].course=[[1,0],[0,0]]", "needle.radius=nan", "stroke[0].speed=0"}) {
+    CAPTURE(set);
+    const Outcome outcome = shell.run("run insertion.toml --set " + std::string("'") + set + "'");
+    CHECK(outcome.exit_code == 2);
+    CHECK(outcome.out.empty());
+    CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
+    CHECK(outcome.err.find(set.substr(0, set.find('='))) != std::string::npos);
+    CHECK_FALSE(shell.wrote_results());
+  }
+}
+
+TEST_CASE("a quick moving run ends after 200 frames and says so", "[command-line]") {
+  const CommandLine shell;
+  shell.write("swing.toml", swing);
+  const Outcome outcome = shell.run(
+      "run swing.toml --quick --quiet -o new --set dynamics.duration=10 --set box.cells=[1,1,1] --set "
+      "dynamics.estimate_error=true");
+  CAPTURE(outcome.err);
+  CHECK(outcome.exit_code == 0);
+  const auto written = nlohmann::json::parse(CommandLine::content(shell.work() / "new/swing.json"));
+  CHECK(written["quick"] == true);
+  CHECK(written["rows"].size() == 200);
+  CHECK(written["summary"]["notes"].dump().find("after 200 of 1000 frames") != std::string::npos);
+}
+
+TEST_CASE("frames that do not converge end with code 1, are kept, and the last line says which", "[command-line]") {
+  const CommandLine shell;
+  shell.write("swing.toml", swing);
+  const Outcome outcome = shell.run(
+      "run swing.toml --quiet -o new --set solver.step_method=plain --set solver.iterations=1 --set "
+      "solver.relative_residual=1e-12");
+  CHECK(outcome.exit_code == 1);
+  CHECK(outcome.err.find("failed: unconverged_frames: 8 is not in [0, 0]") != std::string::npos);
+  CHECK(outcome.err.find("8 of 8 frames did not converge, the first is frame 1 (t = 0.01): residual") !=
+        std::string::npos);
+  const auto written = nlohmann::json::parse(CommandLine::content(shell.work() / "new/swing.json"));
+  CHECK(written["rows"].size() == 8);
+  CHECK(written["rows"][0]["converged"] == false);
+  CHECK(written["checks"][0]["ok"] == false);
+}
+
+TEST_CASE("a run ends in the same bits for one thread and for two", "[command-line][needle]") {
+  const CommandLine line;
+  // Large enough for the direct solver to use BLAS on blocks that several threads would share.
+  const std::string phantom = "run '" FINEGAUGE_SOURCE_DIR
+                              "/reference_data/scenes/phantom.toml' --quick --json --quiet "
+                              "--set 'box.cells=[18,8,8]' --set dynamics.duration=0.2 ";
+  std::vector<std::string> states;
+  for (const char* threads : {"1", "2"}) {
+    const Outcome outcome = line.run(phantom + "--threads " + threads + " -o " + threads);
+    CAPTURE(outcome.err);
+    REQUIRE(outcome.exit_code == 0);
+    states.push_back(nlohmann::json::parse(outcome.out).at("summary").at("state_sha256"));
+  }
+  CHECK(states[0] == states[1]);
 }

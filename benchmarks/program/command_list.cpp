@@ -56,13 +56,9 @@ const std::vector<PlannedCommand>& planned_commands() {
 }
 
 const std::vector<PlannedCommand>& planned_studies() {
-  static const std::vector<PlannedCommand> studies = {
-      {"lshape", "error over degrees of freedom on the L-shape: uniform, adaptive, directional"},
-      {"tjunctions", "hanging nodes over refined cells, by pattern"},
-      {"displacement-field", "displacement along a line through the needle's tip"},
-      {"phantom", "needle insertion into a gel phantom"},
-      {"liver", "needle insertion into a breathing liver"},
-      {"liver-phantom", "insertion and withdrawal: the force loop"}};
+  static const std::vector<PlannedCommand> studies = {{"tjunctions", "hanging nodes over refined cells, by pattern"},
+                                                      {"liver", "needle insertion into a breathing liver"},
+                                                      {"liver-phantom", "insertion and withdrawal: the force loop"}};
   return studies;
 }
 

@@ -55,6 +55,7 @@ int run_program(int argc, char** argv) {
       "Examples:\n"
       "  finegauge list\n"
       "  finegauge run reference_data/scenes/lshape.toml --set adapt.steps=4\n"
+      "  finegauge run reference_data/scenes/phantom.toml --vtu 20\n"
       "  finegauge reproduce lshape --quick\n"
       "  finegauge help scene\n"
       "\n"

@@ -211,6 +211,19 @@ void draw_color_bar(const MeshPictureOptions& options, const ColorRange& range, 
          "font-size=\"13\" text-anchor=\"middle\"");
 }
 
+/// Half transparent, so that a needle is told from an edge and what it lies in shows through.
+void draw_curve(const Eigen::Matrix3Xd& curve, const Projection& project, std::string& svg) {
+  if (curve.cols() < 2) return;
+  std::string path = "M";
+  for (Eigen::Index i = 0; i < curve.cols(); ++i) {
+    const Eigen::Vector3d p = project(curve.col(i));
+    path += (i ? "L" : "") + number(p.x()) + " " + number(p.y());
+  }
+  svg +=
+      "<path fill=\"none\" stroke=\"#d62728\" stroke-opacity=\"0.7\" stroke-width=\"4\" stroke-linecap=\"round\" d=\"" +
+      path + "\"/>\n";
+}
+
 }  // namespace
 
 std::array<double, 3> viridis(double t) {
@@ -242,7 +255,9 @@ std::string mesh_picture_svg(const Mesh& mesh, const Eigen::Ref<const Eigen::Vec
   Eigen::Matrix3Xd positions = mesh.nodes;
   if (displacement.cols() > 0) positions += options.deformation_scale * displacement;
   Projection project(options.view, options.up);
-  project.fit(positions, {40.0, 80.0}, {options.width - 200.0, options.height - 50.0});
+  Eigen::Matrix3Xd shown(3, positions.cols() + options.curve.cols());
+  shown << positions, options.curve;
+  project.fit(shown, {40.0, 80.0}, {options.width - 200.0, options.height - 50.0});
 
   std::vector<FacePatch> patches;
   double area = 0.0;
@@ -281,6 +296,7 @@ std::string mesh_picture_svg(const Mesh& mesh, const Eigen::Ref<const Eigen::Vec
                     std::to_string(options.height) + "\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n";
   // Fine meshes get finer lines, or they would be black.
   draw_primitives(primitives, range.uniform, std::clamp(face_size / 18.0, 0.25, 1.1), svg);
+  draw_curve(options.curve, project, svg);
   svg += std::string("<text x=\"40\" y=\"42\" ") + font + " font-size=\"20\" fill=\"#111111\">" +
          escaped(options.title) + "</text>\n";
   std::string note = std::to_string(mesh.cell_count()) + " cells, " + std::to_string(mesh.node_count()) + " nodes";

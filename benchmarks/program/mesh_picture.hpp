@@ -18,6 +18,7 @@ struct MeshPictureOptions {
   /// The colours end at the value that this share of the visible area does not exceed: a notch's stress has no bound,
   /// and would leave the rest of the body in one colour. The colour bar says so.
   double upper_quantile = 0.98;
+  Eigen::Matrix3Xd curve;         ///< drawn over the body, through whatever is before it: a needle; may have no columns
   int width = 960, height = 720;  ///< [px]
 };
 

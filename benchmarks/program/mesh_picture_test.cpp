@@ -1,5 +1,6 @@
 #include "benchmarks/program/mesh_picture.hpp"
 
+#include <cstdio>
 #include <limits>
 #include <string>
 
@@ -98,4 +99,21 @@ TEST_CASE("the suggested scale draws the largest displacement at a twentieth of 
   CHECK_THAT(suggested_deformation_scale(mesh, u), WithinRel(80.0, 1e-12));
   u(1, 3) = 0.5;  // a sixth of it would be a twentieth of the diagonal
   CHECK(suggested_deformation_scale(mesh, u) == 1.0);
+}
+
+TEST_CASE("a curve is drawn over the body, and the picture has room for all of it", "[picture]") {
+  const Mesh mesh = RefinementForest(box_mesh({.removed = {}})).leaf_mesh();
+  const Eigen::VectorXd values = Eigen::VectorXd::LinSpaced(mesh.node_count(), 0.0, 1.0);
+  MeshPictureOptions options;
+  const std::string without = mesh_picture_svg(mesh, values, Eigen::Matrix3Xd(3, 0), options);
+  options.curve.resize(3, 2);
+  options.curve << -10, 0.5, 0.5, 0.5, 0.5, 0.5;
+  const std::string with = mesh_picture_svg(mesh, values, Eigen::Matrix3Xd(3, 0), options);
+  CHECK(without.find("stroke-width=\"4\"") == std::string::npos);
+  const std::size_t curve = with.find("stroke-width=\"4\"");
+  REQUIRE(curve != std::string::npos);
+  CHECK(curve > with.rfind("crispEdges\" fill=\"#", with.find("<text")));  // after the body, so over it
+  double x = 0.0, y = 0.0;
+  REQUIRE(std::sscanf(with.c_str() + with.find(" d=\"M", curve), " d=\"M%lf %lf", &x, &y) == 2);
+  CHECK((x >= 0.0 && x <= options.width && y >= 0.0 && y <= options.height));
 }

@@ -78,7 +78,7 @@ void flatten(const Json& value, const std::string& key, Cells& cells) {
   const auto below = [&](const std::string& part) { return key.empty() ? part : key + "." + part; };
   if (value.is_object()) {
     for (const auto& [part, item] : value.items()) flatten(item, below(part), cells);
-  } else if (value.is_array() && all_numbers(value)) {
+  } else if (value.is_array() && !value.empty() && all_numbers(value)) {
     for (std::size_t i = 0; i < value.size(); ++i) flatten(value[i], below(std::to_string(i)), cells);
   } else if (value.is_string()) {
     cells.emplace_back(key, value.get<std::string>());

@@ -49,8 +49,8 @@ bool all_checks_hold(const Json& checks);
 Json to_json(const ResultDocument& document);
 
 /// The rows as comma-separated values with a header: nested objects are flattened with dots, arrays of numbers with
-/// their index, other arrays are one cell of JSON text; null is an empty cell. Columns in the order of first
-/// appearance.
+/// their index, other arrays and empty ones are one cell of JSON text; null is an empty cell. Columns in the order of
+/// first appearance.
 std::string to_csv(const Json& rows);
 
 /// Writes DIRECTORY/NAME.json and DIRECTORY/NAME.csv, each whole or not at all (atomic_file.hpp).

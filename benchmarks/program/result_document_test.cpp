@@ -112,3 +112,7 @@ TEST_CASE("a file that cannot be written whole leaves the old one as it was", "[
   CHECK_THROWS_AS(write_file_atomically(file, "new"), std::runtime_error);
   CHECK(content(file) == "old");
 }
+
+TEST_CASE("an empty list is a cell of its own, so that columns do not depend on what happened", "[result]") {
+  CHECK(to_csv(Json::array({{{"events", Json::array()}, {"x", 1}}})) == "events,x\n[],1\n");
+}

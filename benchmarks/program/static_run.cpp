@@ -7,34 +7,18 @@
 #include <stdexcept>
 #include <utility>
 
-#include "benchmarks/program/material_point.hpp"
+#include "benchmarks/program/quantity_points.hpp"
 #include "benchmarks/program/static_notes.hpp"
 #include "core/adapt/apply_refinements.hpp"
 #include "core/adapt/directional_marking.hpp"
 #include "core/adapt/marking.hpp"
 #include "core/scene/check_held.hpp"
-#include "core/scene/scene_error.hpp"
+#include "core/scene/start_forest.hpp"
 #include "core/static_step.hpp"
 #include "core/stopwatch.hpp"
 
 namespace finegauge {
 namespace {
-
-void refine_initially(RefinementForest& forest, const std::vector<InitialRefinement>& refinements) {
-  for (const InitialRefinement& region : refinements)
-    for (int level = 0; level < region.levels; ++level) {
-      const Mesh mesh = forest.leaf_mesh();
-      const int corners = corner_count(mesh.shape);
-      std::vector<Refinement> chosen;
-      for (int e = 0; e < mesh.cell_count(); ++e) {
-        const Eigen::Vector3d centre = corner_values(mesh, e, mesh.nodes).leftCols(corners).rowwise().mean();
-        const bool within =
-            (centre.array() >= region.min.array()).all() && (centre.array() <= region.max.array()).all();
-        if (within) chosen.push_back({e, region.refinement});
-      }
-      apply_refinements(forest, mesh, chosen);
-    }
-}
 
 std::vector<int> mark(const AdaptRules& rules, const Eigen::VectorXd& eta_of_cells) {
   const std::span<const double> eta(eta_of_cells.data(), static_cast<std::size_t>(eta_of_cells.size()));
@@ -73,32 +57,19 @@ std::vector<Refinement> choose_refinements(const AdaptRules& rules, const Refine
   return chosen;
 }
 
-void check_points(const Scene& scene, const Mesh& mesh) {
-  for (const QuantityOfInterest& quantity : scene.quantities)
-    if (quantity.kind == QuantityKind::displacement && !locate(mesh, quantity.point)) {
-      const Eigen::Vector3d& p = quantity.point;
-      throw SceneError(scene.file + ": quantity.point of \"" + quantity.name + "\": found " +
-                       Json({p.x(), p.y(), p.z()}).dump() + ", allowed are points of the body");
-    }
-}
-
-Json quantities_of_interest(const Scene& scene, const Mesh& mesh, const Equilibrium& equilibrium) {
+Json quantities_of_interest(const Scene& scene, const std::vector<std::optional<MaterialPoint>>& points,
+                            const RefinementForest& forest, const Mesh& mesh, const Equilibrium& equilibrium) {
   Json values = Json::object();
-  for (const QuantityOfInterest& quantity : scene.quantities) {
+  for (std::size_t i = 0; i < scene.quantities.size(); ++i) {
+    const QuantityOfInterest& quantity = scene.quantities[i];
     if (quantity.kind == QuantityKind::energy) {
       values[quantity.name] = equilibrium.energy;
       continue;
     }
-    const Eigen::Vector3d u = interpolate(mesh, locate(mesh, quantity.point).value(), equilibrium.u);
+    const Eigen::Vector3d u = interpolate(mesh, equilibrium.u, find_leaf(forest, mesh, points[i].value()));
     values[quantity.name] = {u.x(), u.y(), u.z()};
   }
   return values;
-}
-
-/// What only the mesh can tell, before anything is solved or written.
-void check_scene_on_mesh(const Scene& scene, const BaseTopology& topology, const Discretization& d) {
-  check_held(scene, topology, d);
-  check_points(scene, d.mesh);
 }
 
 /// Why the loop ends after this step; empty while it goes on. What is marked comes afterwards.
@@ -135,13 +106,13 @@ Json to_json(const StaticStep& s) {
 }
 
 StaticRun run_static(const Scene& scene, const StaticObserver& observer) {
-  RefinementForest forest(base_mesh(scene));
-  refine_initially(forest, scene.refinements);
+  RefinementForest forest = start_forest(scene);
   const StaticProblem problem{scene.material, support_conditions(scene), scene.loads, body_force(scene), scene.solver};
   StaticRun run;
   std::vector<Refinement> chosen;
   FactorCache factors;
   std::optional<StaticSolution> solution;
+  const std::vector<std::optional<MaterialPoint>> points = quantity_points(scene, forest.base());
   for (int number = 0;; ++number) {
     StaticStep step;
     step.step = number;
@@ -149,7 +120,7 @@ StaticRun run_static(const Scene& scene, const StaticObserver& observer) {
     if (solution) run.refined += apply_refinements(forest, solution->discretization.mesh, chosen);
     Discretization discretization = discretize(forest, problem.material, problem.supports);
     step.topology_ms = watch.lap();
-    if (number == 0) check_scene_on_mesh(scene, forest.topology(), discretization);
+    if (number == 0) check_held(scene, forest.topology(), discretization);  // before anything is solved or written
     solution = solve_static(forest, std::move(discretization), problem, solution ? &*solution : nullptr, factors);
     const Discretization& d = solution->discretization;
     const Equilibrium& equilibrium = solution->equilibrium;
@@ -166,7 +137,7 @@ StaticRun run_static(const Scene& scene, const StaticObserver& observer) {
     step.converged = equilibrium.converged, step.residual = equilibrium.relative_residual;
     step.iterations = equilibrium.linear_iterations, step.newton_iterations = equilibrium.newton_iterations;
     step.strain_energy = 0.5 * equilibrium.energy;
-    step.quantities = quantities_of_interest(scene, d.mesh, equilibrium);
+    step.quantities = quantities_of_interest(scene, points, forest, d.mesh, equilibrium);
     run.stopped_because = reason_to_stop(scene.adapt, step);
     if (run.stopped_because.empty()) {
       watch.lap();

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <sstream>
 #include <string_view>
 
@@ -67,6 +68,15 @@ std::vector<std::int64_t> vtk_connectivity(const Mesh& mesh) {
   return connectivity;
 }
 
+std::string grid_begin(std::size_t nodes, std::size_t cells) {
+  static_assert(std::endian::native == std::endian::little, "the byte order below is written as little-endian");
+  return "<?xml version=\"1.0\"?>\n"
+         "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n"
+         "<UnstructuredGrid>\n<Piece NumberOfPoints=\"" +
+         std::to_string(nodes) + "\" NumberOfCells=\"" + std::to_string(cells) + "\">\n";
+}
+constexpr const char* grid_end = "</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n";
+
 }  // namespace
 
 std::string base64(const void* data, std::size_t size) {
@@ -91,16 +101,12 @@ std::string vtu_text(const Mesh& mesh, const HangingNodes& hanging, const VtuFie
     assert(found == 0 || found == static_cast<Eigen::Index>(expected));
     return found > 0;
   };
-  static_assert(std::endian::native == std::endian::little, "the byte order below is written as little-endian");
-  std::string out =
-      "<?xml version=\"1.0\"?>\n"
-      "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n"
-      "<UnstructuredGrid>\n<Piece NumberOfPoints=\"" +
-      std::to_string(nodes) + "\" NumberOfCells=\"" + std::to_string(cells) + "\">\n";
+  std::string out = grid_begin(nodes, cells);
 
   out += "<PointData>\n";
   if (given(fields.displacement.cols(), nodes))
     write_array(out, "displacement", 3, fields.displacement.data(), 3 * nodes);
+  if (given(fields.velocity.cols(), nodes)) write_array(out, "velocity", 3, fields.velocity.data(), 3 * nodes);
   std::vector<std::uint8_t> hangs(nodes);
   for (std::size_t i = 0; i < nodes; ++i) hangs[i] = hanging.hangs(static_cast<int>(i));
   write_array(out, "hanging", hangs);
@@ -130,8 +136,23 @@ std::string vtu_text(const Mesh& mesh, const HangingNodes& hanging, const VtuFie
   write_array(out, "connectivity", vtk_connectivity(mesh));
   write_array(out, "offsets", offsets);
   write_array(out, "types", types);
-  out += "</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n";
-  return out;
+  return out + grid_end;
+}
+
+std::string curve_vtu_text(const Eigen::Matrix3Xd& points) {
+  std::string out = grid_begin(static_cast<std::size_t>(points.cols()), 1) + "<Points>\n";
+  write_array(out, "positions", 3, points.data(), static_cast<std::size_t>(points.size()));
+  std::vector<std::int64_t> connectivity(static_cast<std::size_t>(points.cols()));
+  std::iota(connectivity.begin(), connectivity.end(), 0);
+  out += "</Points>\n<Cells>\n";
+  write_array(out, "connectivity", connectivity);
+  write_array(out, "offsets", std::vector<std::int64_t>{points.cols()});
+  write_array(out, "types", std::vector<std::uint8_t>{4});  // VTK_POLY_LINE
+  return out + grid_end;
+}
+
+void write_curve_vtu(const std::filesystem::path& file, const Eigen::Matrix3Xd& points) {
+  write_file_atomically(file, curve_vtu_text(points));
 }
 
 VtuFields vtu_fields(const Discretization& d, const Eigen::Matrix3Xd& u, const ErrorEstimate& estimate) {

@@ -17,6 +17,7 @@ namespace finegauge {
 /// Fields on a mesh; those left empty are not written.
 struct VtuFields {
   Eigen::Matrix3Xd displacement;                              ///< [m], 3 × n_nodes
+  Eigen::Matrix3Xd velocity;                                  ///< [m/s], 3 × n_nodes
   Eigen::Matrix<double, 6, Eigen::Dynamic> recovered_stress;  ///< [Pa], xx yy zz xy yz zx, 6 × n_nodes
   Eigen::VectorXd eta;                                        ///< η_e [√J], per cell
   Eigen::VectorXd cell_von_mises;                             ///< [Pa], per cell
@@ -26,14 +27,19 @@ struct VtuFields {
 VtuFields vtu_fields(const Discretization& d, const Eigen::Matrix3Xd& u, const ErrorEstimate& estimate);
 
 /// A mesh as VTK's unstructured grid (.vtu, XML, base64): rest positions as points; point data `displacement`,
-/// `hanging` (0 or 1), `recovered_stress` (in VTK's order XX YY ZZ XY YZ XZ, which is ours), `von_mises` of the
-/// recovered stress; cell data `eta_e`, `depth`, `von_mises`. A hanging node is a point like any other: the grid shows
-/// the leaves as they are, with the coarse neighbour's face straight.
+/// `velocity`, `hanging` (0 or 1), `recovered_stress` (in VTK's order XX YY ZZ XY YZ XZ, which is ours), `von_mises` of
+/// the recovered stress; cell data `eta_e`, `depth`, `von_mises`. A hanging node is a point like any other: the grid
+/// shows the leaves as they are, with the coarse neighbour's face straight.
 std::string vtu_text(const Mesh& mesh, const HangingNodes& hanging, const VtuFields& fields);
 
 /// Atomically, as every result file.
 void write_vtu(const std::filesystem::path& file, const Mesh& mesh, const HangingNodes& hanging,
                const VtuFields& fields);
+
+/// A curve through points (3 × n, n >= 2) as one poly-line of VTK: a needle where it is. ParaView's filter Tube gives
+/// it its thickness.
+std::string curve_vtu_text(const Eigen::Matrix3Xd& points);
+void write_curve_vtu(const std::filesystem::path& file, const Eigen::Matrix3Xd& points);
 
 /// NAME_0012.vtu of step 12, at least four digits.
 std::string vtu_series_file(const std::string& name, int step);

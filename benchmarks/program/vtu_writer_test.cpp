@@ -134,6 +134,26 @@ TEST_CASE("cells have positive volume in VTK's corner order", "[vtu]") {
   }
 }
 
+TEST_CASE("a curve is one poly-line through its points, where they are", "[vtu]") {
+  Eigen::Matrix3Xd points(3, 4);
+  points << 0, 1, 2, 3, 0, 0, 0.5, 1, -1, -1, -1, -2;
+  const std::string vtu = curve_vtu_text(points);
+  CHECK(vtu.find("NumberOfPoints=\"4\" NumberOfCells=\"1\"") != std::string::npos);
+  CHECK(read_array<double>(vtu, "Points", "positions") == std::vector<double>(points.data(), points.data() + 12));
+  CHECK(read_array<std::int64_t>(vtu, "Cells", "connectivity") == std::vector<std::int64_t>{0, 1, 2, 3});
+  CHECK(read_array<std::int64_t>(vtu, "Cells", "offsets") == std::vector<std::int64_t>{4});
+  CHECK(read_array<std::uint8_t>(vtu, "Cells", "types") == std::vector<std::uint8_t>{4});
+}
+
+TEST_CASE("velocities are point data when they are given, and absent when not", "[vtu]") {
+  const Refined box = refined_box(CellShape::hexahedron);
+  VtuFields fields;
+  CHECK(vtu_text(box.mesh, box.hanging, fields).find("velocity") == std::string::npos);
+  fields.velocity = Eigen::Matrix3Xd::Random(3, box.mesh.node_count());
+  CHECK(read_array<double>(vtu_text(box.mesh, box.hanging, fields), "PointData", "velocity") ==
+        std::vector<double>(fields.velocity.data(), fields.velocity.data() + fields.velocity.size()));
+}
+
 TEST_CASE("a new series takes the place of the old one and of nothing else", "[vtu]") {
   namespace fs = std::filesystem;
   const fs::path directory = fs::temp_directory_path() / ("finegauge_series_" + std::to_string(::getpid()));

@@ -1,6 +1,7 @@
 #include "core/scene/scene.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <utility>
 
@@ -66,6 +67,23 @@ BaseMesh base_mesh(const Scene& scene) {
   return mesh;
 }
 
+double course_factor(const Course& course, double time) {
+  const auto& points = course.points;
+  const double start = points.front()[0];
+  if (course.period > 0.0) {
+    time = std::fmod(time - start, course.period);
+    time = start + (time < 0.0 ? time + course.period : time);
+  }
+  const auto after = std::ranges::find_if(points, [&](const auto& point) { return point[0] > time; });
+  if (after == points.begin()) return points.front()[1];
+  std::array<double, 2> a = after[-1], b = a;
+  if (after != points.end())
+    b = *after;
+  else if (course.period > 0.0)
+    b = {start + course.period, points.front()[1]};
+  return b[0] > a[0] ? a[1] + (b[1] - a[1]) * ((time - a[0]) / (b[0] - a[0])) : a[1];
+}
+
 std::vector<SupportCondition> support_conditions(const Scene& scene) {
   std::vector<SupportCondition> conditions;
   for (const SceneSupport& support : scene.supports) {
@@ -76,6 +94,8 @@ std::vector<SupportCondition> support_conditions(const Scene& scene) {
       condition.displacement = [a = support.displacement, G = support.gradient](const Eigen::Vector3d& X) {
         return Eigen::Vector3d(a + G * X);
       };
+    if (support.course)
+      condition.course = [course = *support.course](double time) { return course_factor(course, time); };
     if (support.components.empty()) conditions.push_back(condition);
     for (const int axis : support.components) {
       condition.normal = Eigen::Vector3d::Unit(axis);

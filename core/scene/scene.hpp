@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <limits>
 #include <optional>
 #include <string>
@@ -9,6 +10,7 @@
 
 #include "core/elasticity/material.hpp"
 #include "core/equilibrium.hpp"
+#include "core/insertion_frame.hpp"
 #include "core/mesh/base_mesh.hpp"
 #include "core/mesh/refinement_template.hpp"
 #include "core/space/loads.hpp"
@@ -25,13 +27,22 @@ struct SurfaceDefinition {
   std::vector<int> nodes;                            ///< of the base mesh
 };
 
-/// A prescribed displacement u(X) = displacement + gradient X of the rest position X.
+/// A factor over time: linear between its points, constant before the first and after the last. With a period it
+/// repeats from its first point on, linear from the last point to the first one of the next period.
+struct Course {
+  std::vector<std::array<double, 2>> points;  ///< time [s], strictly ascending, and factor; at least one
+  double period = 0.0;                        ///< [s], not below the time from the first to the last point; 0: once
+};
+double course_factor(const Course& course, double time);
+
+/// A prescribed displacement u(X) = displacement + gradient X of the rest position X, times the course's factor.
 struct SceneSupport {
   std::string surface;
   std::optional<Eigen::Vector3d> normal;                   ///< hold only the component along it
   std::vector<int> components;                             ///< or hold only these axes, 0 to 2; both empty: hold all
   Eigen::Vector3d displacement = Eigen::Vector3d::Zero();  ///< [m]
   Eigen::Matrix3d gradient = Eigen::Matrix3d::Zero();      ///< du_i / dX_j
+  std::optional<Course> course;                            ///< of moving scenes
 };
 
 /// Leaves whose centre lies in the box are refined, `levels` times over.
@@ -60,7 +71,33 @@ struct AdaptRules {
   Estimator estimator = Estimator::spr;
 };
 
-enum class QuantityKind { energy, displacement };
+/// What makes a scene a moving one.
+struct SceneDynamics {
+  double time_step = 0.0;                              ///< [s]
+  double duration = 0.0;                               ///< [s], at least a time step
+  double density = 0.0;                                ///< [kg/m³]
+  double mass_damping = 0.0, stiffness_damping = 0.0;  ///< Rayleigh's α [1/s] and β [s]
+  Eigen::Vector3d gravity = Eigen::Vector3d::Zero();   ///< [m/s²]
+  TissueStepOptions step;
+  StepSolverOptions solver;
+  bool estimate_error = true;
+  std::optional<FrameAdaptRules> adapt;
+  std::optional<double> deadline_ms;  ///< of a frame
+};
+
+/// A needle, how it is moved, and what it does to the tissue.
+struct SceneNeedle {
+  NeedleProperties properties;
+  Eigen::Vector3d base = Eigen::Vector3d::Zero(), tip = Eigen::Vector3d::Zero();  ///< at the start [m]
+  int elements = 1;
+  double imperfection = 0.0;                                         ///< lateral offset of the tip at rest [m]
+  Eigen::Vector3d imperfection_direction = Eigen::Vector3d::Zero();  ///< unit, across the needle; zero without one
+  NeedleDrive drive;
+  ContactRules contact;
+  InteractionOptions interaction;
+};
+
+enum class QuantityKind { energy, displacement, tip_force, force_curve };
 
 /// A number that the scene is about.
 struct QuantityOfInterest {
@@ -82,8 +119,10 @@ struct Scene {
   std::vector<SurfaceLoad> loads;
   Eigen::Vector3d body_force = Eigen::Vector3d::Zero();  ///< [N/m³]
   std::vector<InitialRefinement> refinements;
-  std::optional<AdaptRules> adapt;
-  EquilibriumOptions solver;
+  std::optional<AdaptRules> adapt;  ///< of a static scene
+  EquilibriumOptions solver;        ///< of a static scene
+  std::optional<SceneDynamics> dynamics;
+  std::optional<SceneNeedle> needle;  ///< only with dynamics
   std::vector<QuantityOfInterest> quantities;
 };
 

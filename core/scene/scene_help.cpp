@@ -7,7 +7,9 @@ namespace {
 
 constexpr std::string_view introduction =
     R"(A scene is a TOML file (https://toml.io) of at most 16 MiB. Each key below: type and range [unit], default,
-explanation. Unknown keys and sections are errors. Lists count from 0.
+explanation. Unknown keys and sections are errors. Lists count from 0. Units are SI as they stand; a
+consistent system of others works as well (mm, g, s). A scene with [dynamics] moves, without it is static.
+The example at the end is static; reference_data/scenes/phantom.toml has a needle.
 
 --set KEY=VALUE replaces or adds a key before anything is checked and may be repeated. KEY is a dotted path such as
 material.poisson_ratio, or load[0].traction for the first of several sections; VALUE is a TOML value (a text may go
@@ -112,6 +114,9 @@ std::string scene_help() {
       std::string words = std::string(key.key) + ": " + allowed_values(key);
       if (!key.unit.empty()) words += " [" + std::string(key.unit) + "]";
       words += key.default_value == required_key ? "; required" : "; default " + std::string(key.default_value);
+      if (!key.moving_default.empty()) words += ", " + std::string(key.moving_default) + " in a moving scene";
+      if (key.scope != KeyScope::always)
+        words += key.scope == KeyScope::moving_only ? "; moving scenes only" : "; static scenes only";
       append_wrapped(out, words, "    ");
       append_wrapped(out, std::string(key.explanation), "        ");
     }

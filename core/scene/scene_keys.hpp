@@ -13,16 +13,17 @@ enum class KeyType {
   choice,  ///< one of the words in `choices`
   boolean,
   integer,
-  number,      ///< a whole number is one, too
-  integers3,   ///< [i, j, k]
-  vector,      ///< [x, y, z]
-  direction,   ///< [x, y, z], not all zero
-  matrix,      ///< three rows of three numbers
-  axes,        ///< some of "x", "y", "z", none twice
-  refinement,  ///< a template such as "2x2x2"
-  points,      ///< a list of [x, y, z]
-  index_list,  ///< a list of whole numbers
-  index_lists  ///< a list of lists of whole numbers
+  number,       ///< a whole number is one, too
+  integers3,    ///< [i, j, k]
+  vector,       ///< [x, y, z]
+  direction,    ///< [x, y, z], not all zero
+  matrix,       ///< three rows of three numbers
+  axes,         ///< some of "x", "y", "z", none twice
+  refinement,   ///< a template such as "2x2x2"
+  points,       ///< a list of [x, y, z]
+  index_list,   ///< a list of whole numbers
+  index_lists,  ///< a list of lists of whole numbers
+  course        ///< a list of [time, factor], times strictly ascending
 };
 
 /// Allowed numbers; the checks are written so that NaN is outside every range.
@@ -40,6 +41,9 @@ struct KeyRange {
 inline constexpr std::string_view required_key = "required";
 inline constexpr std::string_view optional_key = "none";
 
+/// Which scenes a key belongs to: moving ones have the section [dynamics], static ones do not.
+enum class KeyScope { always, static_only, moving_only };
+
 /// A row of the table that both validates scenes and explains them.
 struct SceneKey {
   std::string_view section;  ///< "" for keys before the first section
@@ -50,6 +54,14 @@ struct SceneKey {
   std::string_view choices;        ///< words separated by |, of a choice
   std::string_view default_value;  ///< as TOML; or required_key, optional_key
   std::string_view explanation;
+  KeyScope scope = KeyScope::always;     ///< elsewhere the key is refused, and required nowhere else
+  std::string_view why_not = {};         ///< what a scene of the other kind has in its place
+  std::string_view moving_default = {};  ///< where it differs from default_value in a moving scene
+
+  bool applies(bool moving) const { return scope == KeyScope::always || (scope == KeyScope::moving_only) == moving; }
+  std::string_view default_in(bool moving) const {
+    return moving && !moving_default.empty() ? moving_default : default_value;
+  }
 };
 
 struct SceneSection {

@@ -2,6 +2,7 @@
 
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -129,6 +130,16 @@ std::array<int, 3> to_integers3(const Place& place) {
 
 std::vector<int> to_index_list(const Place& place) { return to_list(place, 0, to_integer); }
 
+std::vector<std::array<double, 2>> to_course(const Place& place) {
+  double last_time = -std::numeric_limits<double>::infinity();
+  return to_list(place, 0, [&](const Place& entry) {
+    const std::vector<double> pair = to_list(entry, 2, to_number);
+    if (!(pair[0] > last_time)) entry.refuse();
+    last_time = pair[0];
+    return std::array{pair[0], pair[1]};
+  });
+}
+
 bool to_boolean(const Place& place) {
   const auto* boolean = place.node.as_boolean();
   if (!boolean) place.refuse();
@@ -139,11 +150,18 @@ bool to_boolean(const Place& place) {
 
 SectionReader::SectionReader(const SceneDocument& document, std::string_view section, std::string field,
                              const toml::table* table)
-    : document_(&document), section_(find_section(section)->name), field_(std::move(field)), table_(table) {
+    : document_(&document),
+      section_(find_section(section)->name),
+      field_(std::move(field)),
+      table_(table),
+      moving_(document.root().contains("dynamics")) {
   if (table_)
     for (const auto& [key, node] : *table_) {
       if (section_.empty() && find_section(key.str()) && !key.empty()) continue;
       if (const SceneKey* row = find_key(section_, key.str())) {
+        if (!row->applies(moving_))
+          refuse(key.str(), std::string("found in a ") + (moving_ ? "moving" : "static") + " scene, allowed " +
+                                (moving_ ? "without" : "with") + " [dynamics] only: " + std::string(row->why_not));
         check_type(*row);
         continue;
       }
@@ -151,7 +169,7 @@ SectionReader::SectionReader(const SceneDocument& document, std::string_view sec
       document_->fail(name, key.source().begin.line, "unknown key" + suggest_key(section_, key.str()));
     }
   for (const SceneKey& row : scene_keys())
-    if (row.section == section_ && row.default_value == required_key && !has(row.key))
+    if (row.section == section_ && row.default_value == required_key && row.applies(moving_) && !has(row.key))
       refuse_missing(row.key, "required");
 }
 
@@ -205,15 +223,18 @@ void SectionReader::check_type(const SceneKey& row) const {
     case KeyType::index_lists:
       to_list(place, 0, to_index_list);
       break;
+    case KeyType::course:
+      to_course(place);
+      break;
   }
 }
 
 template <class Convert>
 auto SectionReader::value(std::string_view key, Convert convert) const {
   const SceneKey* row = find_key(section_, key);
-  assert(row);
+  assert(row && row->applies(moving_));
   if (const toml::node* node = given(key)) return convert(Place{*document_, *row, field_, *node});
-  const toml::table parsed = toml::parse("value = " + std::string(row->default_value));
+  const toml::table parsed = toml::parse("value = " + std::string(row->default_in(moving_)));
   return convert(Place{*document_, *row, field_, *parsed.get("value")});
 }
 
@@ -227,6 +248,8 @@ Eigen::Matrix3d SectionReader::matrix(std::string_view key) const { return value
 std::vector<int> SectionReader::axes(std::string_view key) const { return value(key, to_axes); }
 RefinementTemplate SectionReader::refinement(std::string_view key) const { return value(key, to_refinement); }
 std::vector<int> SectionReader::index_list(std::string_view key) const { return value(key, to_index_list); }
+
+std::vector<std::array<double, 2>> SectionReader::course(std::string_view key) const { return value(key, to_course); }
 
 Eigen::Matrix3Xd SectionReader::points(std::string_view key) const {
   const auto list = value(key, [](const Place& place) { return to_list(place, 0, to_vector); });

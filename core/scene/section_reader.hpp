@@ -13,9 +13,10 @@
 
 namespace finegauge {
 
-/// One section of a scene, read by the rows of scene_keys. The constructor refuses unknown keys, missing required keys
-/// and every value outside its row's type and range, so that the accessors only convert. A key that is not given has
-/// its row's default; asking for a key without either is a mistake of the caller.
+/// One section of a scene, read by the rows of scene_keys. The constructor refuses unknown keys, keys of the other kind
+/// of scene (a moving one has [dynamics]), missing required keys and every value outside its row's type and range, so
+/// that the accessors only convert. A key that is not given has its row's default; asking for a key without either is
+/// a mistake of the caller.
 class SectionReader {
  public:
   /// `field` is the section as messages name it, such as "load[0]"; without a table all keys have their defaults.
@@ -35,6 +36,7 @@ class SectionReader {
   Eigen::Matrix3Xd points(std::string_view key) const;
   std::vector<int> index_list(std::string_view key) const;
   std::vector<std::vector<int>> index_lists(std::string_view key) const;
+  std::vector<std::array<double, 2>> course(std::string_view key) const;
 
   /// Refuses the key's value, or that it is missing; an `entry` of a list if that is what is wrong.
   [[noreturn]] void refuse(std::string_view key, const std::string& found_and_allowed, int entry = -1) const;
@@ -50,6 +52,7 @@ class SectionReader {
   std::string_view section_;
   std::string field_;
   const toml::table* table_;
+  bool moving_;
 };
 
 }  // namespace finegauge

@@ -77,7 +77,7 @@ void check_base_held(const Scene& scene) {
 
 }  // namespace
 
-TEST_CASE("every scene of the reference data is read, and its body is held", "[scene]") {
+TEST_CASE("every static scene of the reference data is read, and its body is held", "[scene]") {
   struct Case {
     std::string name;
     std::size_t cells;
@@ -205,7 +205,7 @@ TEST_CASE("a value outside its range is refused with line, field, value and rang
       {"poisson_ratio = 0.3\n", "", "4: material.poisson_ratio: found nothing, required: a finite number in (-1, 0.5)"},
       {"[material]", "[materials]",
        "4: materials: unknown section, the nearest known one is \"material\", allowed box"},
-      {"[material]", "[needle]\n[material]", "4: needle: unknown section, allowed box, mesh"},
+      {"[material]", "[nail]\n[material]", "4: nail: unknown section, allowed box, mesh"},
       {"[box]", "nmae = \"a\"\n[box]", "1: nmae: unknown key, the nearest known one is \"name\", allowed name"},
       {"[box]", "name = \"../a\"\n[box]", "1: name: found \"../a\", allowed letters, digits"},
       {"[box]", "units = \"mm\"\n[box]", "1: units: found \"mm\", allowed \"SI\" or \"none\""},

@@ -1,0 +1,310 @@
+#include "benchmarks/program/frame_rows.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <span>
+
+#include "benchmarks/program/frame_statistics.hpp"
+#include "benchmarks/program/sha256.hpp"
+
+namespace finegauge {
+namespace {
+
+constexpr const char* no_needle = "the scene has no needle";
+constexpr const char* no_bounds = "the estimator certifies no bounds";
+constexpr const char* no_estimate = "estimate_error = false";
+
+void put(Json& object, const std::string& key, bool known, double value, const char* why_not) {
+  if (known) {
+    object[key] = value;
+    return;
+  }
+  object[key] = nullptr;
+  object[key + "_reason"] = why_not;
+}
+
+void put(Json& object, const std::string& key, const std::optional<double>& value, const char* why_not) {
+  put(object, key, value.has_value(), value.value_or(0.0), why_not);
+}
+
+Json to_json(const EnergyLedger& energy) {
+  return {{"kinetic", energy.kinetic},
+          {"elastic", energy.elastic},
+          {"work", energy.work},
+          {"dissipated", energy.dissipated},
+          {"closure", energy.closure}};
+}
+
+Json to_json(const std::vector<ContactEvent>& events) {
+  Json list = Json::array();
+  for (const ContactEvent& event : events)
+    list.push_back({{"kind", std::string(to_string(event.kind))},
+                    {"time", event.time},
+                    {"depth", event.depth},
+                    {"force", event.force}});
+  return list;
+}
+
+std::vector<double> collect(const MotionRun& run, auto value_of) {
+  std::vector<double> values;
+  values.reserve(run.frames.size());
+  for (const MotionFrame& frame : run.frames) values.push_back(value_of(frame));
+  return values;
+}
+
+Json start_max_end(const MotionRun& run, int FrameReport::*member) {
+  int largest = 0;
+  for (const MotionFrame& frame : run.frames) largest = std::max(largest, frame.report.frame.*member);
+  return {{"start", run.frames.front().report.frame.*member},
+          {"max", largest},
+          {"end", run.frames.back().report.frame.*member}};
+}
+
+Json mean_max(const MotionRun& run, int FrameReport::*member) {
+  double sum = 0.0;
+  int largest = 0;
+  for (const MotionFrame& frame : run.frames) {
+    sum += frame.report.frame.*member;
+    largest = std::max(largest, frame.report.frame.*member);
+  }
+  return {{"mean", sum / static_cast<double>(run.frames.size())}, {"max", largest}};
+}
+
+Json stage_statistics(const MotionRun& run) {
+  constexpr std::pair<const char*, double FrameTimes::*> stages[] = {
+      {"assemble", &FrameTimes::assemble_ms}, {"needle", &FrameTimes::needle_ms},
+      {"contact", &FrameTimes::contact_ms},   {"solve", &FrameTimes::solve_ms},
+      {"update", &FrameTimes::update_ms},     {"estimate", &FrameTimes::estimate_ms},
+      {"mark", &FrameTimes::mark_ms},         {"topology", &FrameTimes::topology_ms},
+      {"transfer", &FrameTimes::transfer_ms}};
+  Json statistics = Json::object();
+  for (const auto& [name, member] : stages) {
+    const FrameStatistics p =
+        frame_times(collect(run, [m = member](const MotionFrame& f) { return f.report.frame.times.*m; }));
+    statistics[name] = {{"p50", p.p50}, {"p99", p.p99}};
+  }
+  return statistics;
+}
+
+Json eta_summary(const Scene& scene, const MotionRun& run) {
+  Json eta = Json::object();
+  const bool known = scene.dynamics->estimate_error;
+  double largest = 0.0;
+  for (const MotionFrame& frame : run.frames) largest = std::max(largest, frame.report.frame.eta.value_or(0.0));
+  put(eta, "start", known ? run.frames.front().report.frame.eta : std::nullopt, no_estimate);
+  put(eta, "max", known, largest, no_estimate);
+  put(eta, "end", known ? run.frames.back().report.frame.eta : std::nullopt, no_estimate);
+  return eta;
+}
+
+void put_allocations(const MotionRun& run, Json& summary) {
+  std::vector<double> quiet;
+  bool counted = true;
+  for (const MotionFrame& frame : run.frames) {
+    counted = counted && frame.heap_allocations.has_value();
+    if (counted && frame.quiet()) quiet.push_back(static_cast<double>(*frame.heap_allocations));
+  }
+  put(summary, "heap_allocations_per_quiet_frame", counted && !quiet.empty(),
+      quiet.empty() ? 0.0 : percentile(quiet, 50),
+      counted ? "every frame changed the mesh or the contact" : "this build's allocator cannot be counted");
+}
+
+void put_deadline(const Scene& scene, const std::vector<double>& frame_ms, Json& summary) {
+  const std::optional<double>& deadline = scene.dynamics->deadline_ms;
+  put(summary, "deadline_ms", deadline, "the scene has no deadline");
+  summary["missed_frames"] = nullptr, summary["longest_miss_streak"] = nullptr;
+  if (!deadline) {
+    summary["missed_frames_reason"] = summary["longest_miss_streak_reason"] = summary["deadline_ms_reason"];
+    return;
+  }
+  const DeadlineMisses misses = deadline_misses(frame_ms, *deadline);
+  summary["missed_frames"] = misses.missed;
+  summary["longest_miss_streak"] = misses.longest_streak;
+}
+
+Json event_counts(const MotionRun& run) {
+  Json counts = Json::object();
+  for (const auto kind :
+       {ContactEventKind::touch, ContactEventKind::release, ContactEventKind::puncture, ContactEventKind::cut,
+        ContactEventKind::stick, ContactEventKind::slip, ContactEventKind::retract, ContactEventKind::exit}) {
+    int count = 0;
+    for (const MotionFrame& frame : run.frames)
+      count += static_cast<int>(std::ranges::count(frame.report.events, kind, &ContactEvent::kind));
+    counts[std::string(to_string(kind))] = count;
+  }
+  return counts;
+}
+
+/// The one of larger magnitude; what is no number is larger than all, and stays it.
+double larger(double a, double b) { return std::isnan(b) || std::abs(b) > std::abs(a) ? b : a; }
+
+Json largest_and_final(const std::vector<double>& values) {
+  double largest = 0.0;
+  for (const double value : values) largest = larger(largest, value);
+  return {{"largest", largest}, {"final", values.back()}};
+}
+
+Json quantity_summary(const Scene& scene, const MotionRun& run) {
+  Json summary = Json::object();
+  for (const QuantityOfInterest& quantity : scene.quantities) {
+    const std::string& name = quantity.name;
+    switch (quantity.kind) {
+      case QuantityKind::energy:
+        summary[name] =
+            largest_and_final(collect(run, [&](const MotionFrame& f) { return f.quantities.at(name).get<double>(); }));
+        break;
+      case QuantityKind::displacement: {
+        const std::vector<double> lengths = collect(run, [&](const MotionFrame& f) {
+          const Json& u = f.quantities.at(name);
+          return std::hypot(u[0].get<double>(), u[1].get<double>(), u[2].get<double>());
+        });
+        const auto largest = std::ranges::max_element(lengths) - lengths.begin();
+        summary[name] = {{"largest", run.frames[static_cast<std::size_t>(largest)].quantities.at(name)},
+                         {"final", run.frames.back().quantities.at(name)}};
+        break;
+      }
+      case QuantityKind::tip_force:
+        summary[name] = largest_and_final(collect(run, [](const MotionFrame& f) { return f.report.tip_force; }));
+        break;
+      case QuantityKind::force_curve:
+        summary[name] = {{"file", scene.name + ".csv"}, {"x", "tip_displacement"}, {"y", "force"}};
+        break;
+    }
+  }
+  return summary;
+}
+
+}  // namespace
+
+Json to_json(const MotionFrame& frame, const Scene& scene) {
+  const InsertionReport& r = frame.report;
+  const FrameReport& f = r.frame;
+  const bool needle = scene.needle.has_value();
+  Json row;
+  row["frame"] = f.frame, row["time"] = f.time;
+  put(row, "tip_displacement", needle, r.tip_displacement, no_needle);
+  put(row, "force", needle, r.force, no_needle);
+  put(row, "tip_force", needle, r.tip_force, no_needle);
+  put(row, "shaft_force", needle, r.shaft_force, no_needle);
+  put(row, "base_force", needle, r.base_force, no_needle);
+  row["dofs"] = f.dofs, row["cells"] = f.cells, row["hanging_nodes"] = f.hanging_nodes;
+  put(row, "eta", f.eta, no_estimate);
+  put(row, "eta_local_max", f.eta_local_max, no_estimate);
+  put(row, "error_low", false, 0.0, no_bounds);
+  put(row, "error_high", false, 0.0, no_bounds);
+  row["equilibrium_error"] = f.equilibrium_error;
+  row["tolerance_met"] = f.tolerance_met, row["converged"] = f.converged;
+  row["residual"] = f.residual, row["violation"] = f.violation;
+  row["solver_iterations"] = f.solver_iterations, row["uzawa_iterations"] = f.uzawa_iterations;
+  row["newton_iterations"] = f.newton_iterations;
+  row["refined"] = f.refined, row["coarsened"] = f.coarsened;
+  row["energy"] = to_json(f.energy);
+  if (needle) {
+    row["insertion_depth"] = r.insertion_depth;
+    row["tip_state"] = std::string(to_string(r.tip_state));
+    row["contact_points"] = r.contact_points;
+  }
+  if (!frame.quantities.empty()) row["quantities"] = frame.quantities;
+  row["frame_ms"] = frame.frame_ms;
+  row["events"] = to_json(r.events);
+  return row;
+}
+
+Json summarize(const Scene& scene, const MotionRun& run) {
+  const std::vector<double> frame_ms = collect(run, [](const MotionFrame& f) { return f.frame_ms; });
+  double total_ms = 0.0;
+  for (const double ms : frame_ms) total_ms += ms;
+  const FrameStatistics p = frame_times(frame_ms);
+  int refined = 0, coarsened = 0, unconverged = 0;
+  double violation = 0.0;
+  for (const MotionFrame& frame : run.frames) {
+    const FrameReport& f = frame.report.frame;
+    refined += f.refined, coarsened += f.coarsened, unconverged += !f.converged;
+    violation = larger(violation, f.violation);
+  }
+
+  Json summary;
+  summary["frames"] = run.frames.size();
+  summary["simulated_seconds"] = run.frames.back().report.frame.time;
+  put(summary, "frames_per_second", total_ms > 0.0, 1e3 * static_cast<double>(run.frames.size()) / total_ms,
+      "the clock did not advance");
+  summary["frame_ms"] = {{"p50", p.p50}, {"p95", p.p95}, {"p99", p.p99}, {"max", p.max}};
+  put_deadline(scene, frame_ms, summary);
+  summary["stages_ms"] = stage_statistics(run);
+  summary["dofs"] = start_max_end(run, &FrameReport::dofs);
+  summary["cells"] = start_max_end(run, &FrameReport::cells);
+  summary["hanging_nodes"] = {{"max", start_max_end(run, &FrameReport::hanging_nodes)["max"]}};
+  summary["eta"] = eta_summary(scene, run);
+  summary["refined"] = refined, summary["coarsened"] = coarsened;
+  summary["solver_iterations"] = mean_max(run, &FrameReport::solver_iterations);
+  summary["uzawa_iterations"] = mean_max(run, &FrameReport::uzawa_iterations);
+  summary["constraint_violation_max"] = violation;
+  summary["unconverged_frames"] = unconverged;
+  if (const std::string failure = convergence_failure(run); !failure.empty()) summary["first_unconverged"] = failure;
+  put_allocations(run, summary);
+  summary["energy"] = to_json(run.frames.back().report.frame.energy);
+  summary["energy"]["relative_closure"] = relative_closure(run);
+  if (scene.needle) {
+    summary["largest_force"] =
+        largest_and_final(collect(run, [](const MotionFrame& f) { return f.report.force; }))["largest"];
+    summary["buckling_load"] = run.buckling_load;
+    summary["events"] = event_counts(run);
+  }
+  if (!scene.quantities.empty()) summary["quantities"] = quantity_summary(scene, run);
+  summary["stopped_because"] = run.stopped_because;
+  summary["peak_memory_mb"] = peak_memory_mb();
+  summary["state_sha256"] = sha256(std::as_bytes(std::span(run.final_state)));
+  return summary;
+}
+
+Json motion_checks(const MotionRun& run, bool ended_by_user) {
+  Json checks = Json::array();
+  const auto unconverged =
+      std::ranges::count_if(run.frames, [](const MotionFrame& f) { return !f.report.frame.converged; });
+  checks.push_back(check("unconverged_frames", static_cast<double>(unconverged), 0.0, 0.0));
+  if (!ended_by_user)
+    checks.push_back(check("frames", static_cast<double>(run.frames.size()), run.planned_frames, run.planned_frames));
+  return checks;
+}
+
+std::string convergence_failure(const MotionRun& run) {
+  const auto failed = [](const MotionFrame& f) { return !f.report.frame.converged; };
+  const auto first = std::ranges::find_if(run.frames, failed);
+  if (first == run.frames.end()) return {};
+  const FrameReport& f = first->report.frame;
+  char text[256];
+  std::snprintf(text, sizeof text,
+                "%d of %zu frames did not converge, the first is frame %d (t = %.6g): residual %.3g, violation %.3g, "
+                "%d iterations of the solver, %d of Uzawa",
+                static_cast<int>(std::ranges::count_if(run.frames, failed)), run.frames.size(), f.frame, f.time,
+                f.residual, f.violation, f.solver_iterations, f.uzawa_iterations);
+  return text;
+}
+
+double relative_closure(const MotionRun& run) {
+  double largest = 0.0;
+  for (const MotionFrame& frame : run.frames) {
+    const EnergyLedger& e = frame.report.frame.energy;
+    largest = std::max({largest, std::abs(e.kinetic) + std::abs(e.elastic) + std::abs(e.dissipated), std::abs(e.work)});
+  }
+  return largest > 0.0 ? run.frames.back().report.frame.energy.closure / largest : 0.0;
+}
+
+std::vector<std::string> run_notes(const Scene& scene, const MotionRun& run) {
+  std::vector<std::string> notes = run.notes;
+  if (!scene.needle || scene.needle->drive.guided) return notes;
+  double largest = 0.0;
+  for (const MotionFrame& frame : run.frames) largest = std::max(largest, frame.report.force);
+  if (largest > run.buckling_load) {
+    char text[200];
+    std::snprintf(text, sizeof text,
+                  "the largest force, %.4g, is above the needle's buckling load, %.4g (fixed at its base, free at its "
+                  "tip), and nothing guides it",
+                  largest, run.buckling_load);
+    notes.emplace_back(text);
+  }
+  return notes;
+}
+
+}  // namespace finegauge

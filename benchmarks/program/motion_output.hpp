@@ -1,0 +1,36 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "benchmarks/program/motion_run.hpp"
+#include "core/scene/scene.hpp"
+
+namespace finegauge {
+
+/// Writes what a user can look at while the frames go on: a VTU of the body every so many frames (with the needle as a
+/// curve beside it), and a picture of the last mesh.
+class MotionFiles {
+ public:
+  MotionFiles(std::filesystem::path directory, const Scene& scene, int vtu_every);
+  void add_frame(const MotionView& view, bool last);
+
+ private:
+  void add_vtu(const MotionView& view, const ErrorEstimate& estimate);
+  void draw_mesh(const MotionView& view, const ErrorEstimate& estimate) const;
+
+  std::filesystem::path directory_;
+  const Scene& scene_;
+  int vtu_every_;
+  std::vector<std::pair<double, std::string>> series_, needle_series_;
+};
+
+/// Draws NAME_force.svg (with a needle) and NAME_dofs.svg; returns why one was not drawn.
+std::vector<std::string> draw_motion(const Scene& scene, const MotionRun& run, const std::filesystem::path& directory);
+
+/// The table on standard output: about twenty frames and every event, then the summary.
+void print_motion(const Scene& scene, const MotionRun& run, const Json& summary, const std::vector<std::string>& notes);
+
+}  // namespace finegauge

@@ -1,0 +1,119 @@
+#include "core/scene/dynamics_reader.hpp"
+
+#include <sstream>
+
+#include "core/scene/geometry_reader.hpp"
+#include "core/scene/moving_scene.hpp"
+
+namespace finegauge {
+namespace {
+
+constexpr double most_frames = 1e7;  // a document with a row for each of them is still some gigabytes
+
+std::string plain(double value) {
+  std::ostringstream text;
+  text.precision(12);
+  text << value;
+  return text.str();
+}
+
+FrameAdaptRules read_frame_adapt(const SectionReader& reader, CellShape shape) {
+  FrameAdaptRules rules;
+  rules.refine_above = reader.number("theta");
+  rules.coarsen_below = reader.number("coarsen_below");
+  if (!(rules.coarsen_below < rules.refine_above))
+    reader.refuse(reader.has("coarsen_below") ? "coarsen_below" : "theta",
+                  reader.has("coarsen_below")
+                      ? "found " + plain(rules.coarsen_below) + ", allowed a number below theta, " +
+                            plain(rules.refine_above) + ", or the mesh would chatter"
+                      : "found " + plain(rules.refine_above) + ", allowed a number above coarsen_below, " +
+                            plain(rules.coarsen_below) + ", or the mesh would chatter");
+  rules.tolerance = reader.number("tolerance");
+  rules.local_tolerance = reader.number("local_tolerance");
+  rules.energy_floor = reader.number("energy_floor");
+  rules.dwell = reader.integer("dwell");
+  rules.every = reader.integer("every");
+  rules.max_depth = reader.integer("max_depth");
+  rules.max_dofs = reader.integer("max_dofs");
+  rules.directional = reader.text("policy") == "directional";
+  rules.refinement = read_template(reader, shape);
+  return rules;
+}
+
+StepSolverOptions read_step_solver(const SectionReader& reader) {
+  StepSolverOptions solver;
+  solver.method = reader.text("step_method") == "kept" ? StepMethod::kept : StepMethod::plain;
+  solver.linear.relative_residual = reader.number("relative_residual");
+  solver.linear.iterations = reader.integer("iterations");
+  return solver;
+}
+
+double read_duration(const SectionReader& reader, const std::optional<SceneNeedle>& needle, double time_step) {
+  double duration = 0.0;
+  if (reader.has("duration")) {
+    duration = reader.number("duration");
+  } else {
+    if (!needle || needle->drive.strokes.empty())
+      reader.refuse_missing("duration", needle ? "required in a scene without [[stroke]]"
+                                               : "required in a moving scene without a needle");
+    for (const Stroke& stroke : needle->drive.strokes) duration += stroke.duration;
+  }
+  const char* key = reader.has("duration") ? "duration" : "time_step";
+  if (!(duration >= time_step))
+    reader.refuse(key, "found " + plain(reader.has("duration") ? duration : time_step) + " s, allowed a duration (" +
+                           plain(duration) + " s) of at least one time step (" + plain(time_step) + " s)");
+  if (!(duration / time_step <= most_frames))
+    reader.refuse(key, "found " + plain(duration / time_step) +
+                           " frames of time_step in the duration, allowed at most " + plain(most_frames));
+  return duration;
+}
+
+}  // namespace
+
+std::optional<Course> read_course(const SectionReader& reader) {
+  if (!reader.has("course")) {
+    if (reader.has("period")) reader.refuse("period", "found without course, allowed only with it");
+    return {};
+  }
+  Course course;
+  course.points = reader.course("course");
+  if (reader.has("period")) {
+    course.period = reader.number("period");
+    const double length = course.points.back()[0] - course.points.front()[0];
+    if (!(course.period >= length))
+      reader.refuse("period", "found " + plain(course.period) +
+                                  ", allowed at least the time from the first to the "
+                                  "last point of the course, " +
+                                  plain(length));
+  }
+  if (reader.vector("displacement").isZero(0.0) && reader.matrix("gradient").isZero(0.0))
+    reader.refuse("course", "found without a displacement or gradient to multiply, allowed only with one of them");
+  return course;
+}
+
+void read_dynamics(const SceneDocument& document, CellShape shape, Scene& scene) {
+  const auto section = [&](const std::string& name) {
+    return SectionReader(document, name, name, document.root().get_as<toml::table>(name));
+  };
+  const SectionReader reader = section("dynamics");
+  SceneDynamics dynamics;
+  dynamics.time_step = reader.number("time_step");
+  dynamics.duration = read_duration(reader, scene.needle, dynamics.time_step);
+  dynamics.density = reader.number("density");
+  dynamics.mass_damping = reader.number("mass_damping");
+  dynamics.stiffness_damping = reader.number("stiffness_damping");
+  dynamics.gravity = reader.vector("gravity");
+  dynamics.step.newton_iterations = reader.integer("newton_iterations");
+  dynamics.step.newton_residual = reader.number("newton_residual");
+  dynamics.estimate_error = reader.boolean("estimate_error");
+  if (reader.has("deadline")) dynamics.deadline_ms = reader.number("deadline");
+  dynamics.solver = read_step_solver(section("solver"));
+  if (document.root().contains("adapt")) {
+    if (!dynamics.estimate_error)
+      reader.refuse("estimate_error", "found false, allowed true with [adapt], which needs it");
+    dynamics.adapt = read_frame_adapt(section("adapt"), shape);
+  }
+  scene.dynamics = dynamics;
+}
+
+}  // namespace finegauge
