@@ -3,7 +3,9 @@
 #include <cstdio>
 #include <memory>
 
+#include "benchmarks/paper/displacement_field_study.hpp"
 #include "benchmarks/paper/lshape_study.hpp"
+#include "benchmarks/paper/phantom_study.hpp"
 #include "benchmarks/program/atomic_file.hpp"
 #include "benchmarks/program/command.hpp"
 #include "benchmarks/program/interrupt.hpp"
@@ -93,7 +95,7 @@ int reproduce(const std::vector<std::string>& names, const CommonOptions& option
     throw UsageError("reproduce: --json prints one document, so it takes one study");
   parse_overrides(options.set);
   for (const Study* study : studies) require_writable(directory_of(*study, options, studies.size() > 1));
-  limit_threads(options.threads);
+  use_one_blas_thread();
   int worst = exit_ok;
   for (const Study* study : studies) {
     const int code = run_study(*study, options, studies.size() > 1);
@@ -108,7 +110,10 @@ int reproduce(const std::vector<std::string>& names, const CommonOptions& option
 std::span<const Study> paper_studies() {
   static const std::vector<Study> studies = {
       {"lshape", "error over degrees of freedom on the L-shape: uniform, adaptive, directional (Table 1)",
-       &lshape_study}};
+       &lshape_study},
+      {"displacement-field", "how far a needle drags tissue by friction, on four meshes", &displacement_field_study},
+      {"phantom", "needle into a gel block: force over travel on coarse, fine and adaptive meshes, frame rates",
+       &phantom_study}};
   return studies;
 }
 
@@ -121,10 +126,17 @@ void add_reproduce_command(CLI::App& program, int& exit_code) {
       *command, *options,
       "KEY=VALUE: replaces a key of the study, such as notch=lower_left; repeatable. Keys of lshape: "
       "notch (lower_left, lower_right, upper_left, upper_right), the surfaces clamped, roller and loaded "
-      "(x_min to z_max), theta and directional_theta (above 0, at most 1)");
+      "(x_min to z_max), theta and directional_theta (above 0, at most 1). Keys of displacement-field and phantom: "
+      "those "
+      "of their scenes in reference_data/scenes (finegauge help scene), but for what the study itself varies");
   command->footer(
+      "Writes STUDY.json, STUDY.csv, plots and pictures of meshes; the needle studies also a CSV of the frames of "
+      "each\n"
+      "case. --vtu is for lshape; finegauge run writes the VTU files of a needle's scene.\n"
+      "\n"
       "Examples:\n"
       "  finegauge reproduce lshape --set theta=0.5\n"
+      "  finegauge reproduce phantom displacement-field\n"
       "  finegauge reproduce all --quick -o paper");
   command->callback([&exit_code, names, options] { exit_code = reproduce(*names, *options); });
 }

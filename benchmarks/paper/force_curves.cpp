@@ -1,0 +1,90 @@
+#include "benchmarks/paper/force_curves.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace finegauge {
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+/// Linear interpolation; x ascending, at least two.
+double interpolate(const std::vector<double>& x, const std::vector<double>& y, double at) {
+  const auto above = std::upper_bound(x.begin() + 1, x.end() - 1, at);
+  const std::size_t k = static_cast<std::size_t>(above - x.begin());
+  const double width = x[k] - x[k - 1];
+  return width > 0.0 ? y[k - 1] + (at - x[k - 1]) / width * (y[k] - y[k - 1]) : y[k];
+}
+
+/// The curve with the frames left out in which the tip did not get farther than ever before.
+Envelope advancing_part(const ForceCurve& curve) {
+  Envelope part;
+  for (std::size_t k = 0; k < curve.travel.size(); ++k) {
+    if (!part.travel.empty() && !(curve.travel[k] > part.travel.back())) continue;
+    part.travel.push_back(curve.travel[k]);
+    part.force.push_back(curve.force[k]);
+  }
+  return part;
+}
+
+double distance(const Envelope& a, const Envelope& b, int samples) {
+  if (a.travel.size() < 2 || b.travel.size() < 2) return nan;
+  const double first = std::max(a.travel.front(), b.travel.front());
+  const double last = std::min(a.travel.back(), b.travel.back());
+  if (!(last > first)) return nan;
+  double difference = 0.0, size = 0.0;
+  for (int k = 0; k < samples; ++k) {
+    const double x = first + (last - first) * (k + 0.5) / samples;
+    const double there = b.at(x), off = a.at(x) - there;
+    difference += off * off;
+    size += there * there;
+  }
+  return size > 0.0 ? std::sqrt(difference / size) : nan;
+}
+
+}  // namespace
+
+double Envelope::at(double x) const { return interpolate(travel, force, x); }
+
+double stiffness_before_puncture(const ForceCurve& curve) {
+  if (curve.puncture < 0) return nan;
+  const double peak = curve.force[curve.puncture];
+  double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
+  for (int k = 0; k <= curve.puncture; ++k) {
+    if (curve.force[k] < 0.2 * peak || curve.force[k] > 0.8 * peak) continue;
+    n += 1.0;
+    x += curve.travel[k];
+    y += curve.force[k];
+    xx += curve.travel[k] * curve.travel[k];
+    xy += curve.travel[k] * curve.force[k];
+  }
+  const double spread = n * xx - x * x;
+  return n >= 3.0 && spread > 0.0 ? (n * xy - x * y) / spread : nan;
+}
+
+ForcePeak passing_point(double margin_before, ForcePeak before, double margin_after, ForcePeak after) {
+  if (!(margin_before < 0.0 && margin_after >= 0.0)) return after;
+  const double share = margin_before / (margin_before - margin_after);
+  return {before.travel + share * (after.travel - before.travel), before.force + share * (after.force - before.force)};
+}
+
+Envelope upper_envelope(const ForceCurve& curve) {
+  Envelope envelope;
+  for (const ForcePeak& peak : curve.peaks) {
+    if (!envelope.travel.empty() && !(peak.travel > envelope.travel.back())) continue;
+    envelope.travel.push_back(peak.travel);
+    envelope.force.push_back(peak.force);
+  }
+  return envelope;
+}
+
+double envelope_distance(const ForceCurve& a, const ForceCurve& b, int samples) {
+  return distance(upper_envelope(a), upper_envelope(b), samples);
+}
+
+double rms_distance(const ForceCurve& a, const ForceCurve& b, int samples) {
+  return distance(advancing_part(a), advancing_part(b), samples);
+}
+
+}  // namespace finegauge

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "benchmarks/paper/force_curves.hpp"
+#include "benchmarks/program/motion_run.hpp"
+#include "benchmarks/program/study.hpp"
+#include "core/scene/scene.hpp"
+
+namespace finegauge {
+
+/// One insertion of a study: its scene, and what became of it.
+struct NeedleCase {
+  std::string name;  ///< of its files
+  Scene scene;
+  MotionRun run;
+  ForceCurve curve;  ///< to the deepest frame
+  double mean_dofs = 0.0;
+  double unestimated_ms = 0.0;  ///< all frames, without the estimate of a mesh that does not use it
+  Insertion insertion;          ///< in its last state
+  InsertionProblem problem;
+
+  double frames_per_second() const { return 1e3 * static_cast<double>(run.frames.size()) / unestimated_ms; }
+};
+
+/// The scene file of that name among those that come with the program; throws UsageError when there is none.
+std::filesystem::path scene_file(const std::string& name);
+
+/// A case before its first frame. Only the scene's first stroke is made: the insertion. `frames` > 0 ends it earlier.
+NeedleCase needle_case(const std::string& name, Scene scene, int frames = 0);
+
+/// Advances all cases side by side, a frame of each in turn, so that what disturbs the machine disturbs all alike.
+/// False when interrupted; the cases hold what was finished.
+bool run_side_by_side(std::vector<NeedleCase*> cases, const StudyContext& context,
+                      const std::function<void(double)>& progress);
+
+/// Summary keys of the run, name, and the case's CSV (added to `files`).
+Json case_row(const NeedleCase& the_case, std::vector<StudyFile>& files);
+
+/// The body as it is at the end, coloured by stress.
+StudyFile case_picture(const NeedleCase& the_case, const std::string& title);
+
+}  // namespace finegauge
