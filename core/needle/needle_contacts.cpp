@@ -152,22 +152,28 @@ double NeedleContacts::entry_length(const Needle& needle) const {
   return arc_length(needle, held || state_ == TipState::touch ? points_.front().on_needle : tip_of(needle));
 }
 
-/// Points of the shaft that hold it across: at least half a cell apart, from the tip's point back to the entry. Rows
-/// closer than that are nearly dependent in the mesh: their impulses alternate in sign, and friction, which takes their
-/// sizes, would lock the shaft (a mesh twice as fine shows that it does not).
+/// Points of the shaft that hold it across: the entries, the tip's point, and between them those at least half a cell
+/// apart. Rows closer than that are nearly dependent in the mesh: their impulses alternate in sign, and friction, which
+/// takes their sizes, would lock the shaft (a mesh twice as fine shows that it does not).
 void NeedleContacts::choose_lateral(const Needle& needle, const TissueView& tissue) {
-  double last = std::numeric_limits<double>::infinity();
+  const Mesh& mesh = tissue.mesh;
+  const int third = mesh.shape == CellShape::hexahedron ? 4 : 3;  // corner along the third axis
+  double last = std::numeric_limits<double>::infinity(), entry = 0.0;
+  int entry_index = active_;
   for (int i = active_ - 1; i >= 0; --i) {
     PathPoint& point = points_[i];
+    if (i < entry_index) {  // the entry of the stretch that this point is on
+      for (entry_index = i; entry_index > 0 && !points_[entry_index].after_gap;) --entry_index;
+      entry = arc_length(needle, points_[entry_index].on_needle);
+    }
     const double here = arc_length(needle, point.on_needle);
-    const int cell = find_leaf(tissue.forest, tissue.mesh, point.tissue.centre).cell;
-    const auto& corners = tissue.mesh.cells[cell];
+    const auto& corners = mesh.cells[find_leaf(tissue.forest, mesh, point.tissue.centre).cell];
     double edge = 0.0;
-    for (const auto& [a, b] : std::array{std::array{0, 1}, std::array{0, 2},
-                                         std::array{0, tissue.mesh.shape == CellShape::hexahedron ? 4 : 3}})
-      edge = std::max(edge, (tissue.mesh.nodes.col(corners[b]) - tissue.mesh.nodes.col(corners[a])).norm());
+    for (const int corner : {1, 2, third})
+      edge = std::max(edge, (mesh.nodes.col(corners[corner]) - mesh.nodes.col(corners[0])).norm());
     const bool is_tip = i == active_ - 1 && tip_has_point();
-    point.holds_across = is_tip || last - here >= 0.5 * edge;
+    const bool is_entry = i == entry_index && (here < last || is_tip);
+    point.holds_across = is_tip || is_entry || (last - here >= 0.5 * edge && here - entry >= 0.5 * edge);
     if (point.holds_across) last = here;
   }
 }
@@ -220,22 +226,36 @@ void NeedleContacts::build_rows(const Needle& needle, const NeedleState& state, 
   }
 }
 
-/// The tip's place in the tissue as a new deepest point.
-void NeedleContacts::add_tip_point(const Needle& needle, const NeedleState& state, const TissueView& tissue,
-                                   const MaterialPoint& place) {
-  const CentrelinePoint tip = tip_of(needle);
+/// A place on the needle's axis as a new deepest point.
+void NeedleContacts::add_path_point(const Needle& needle, const NeedleState& state, const TissueView& tissue,
+                                    const CentrelinePoint& on_needle, const MaterialPoint& place) {
   const BaseMesh& base = tissue.forest.base();
   const PathPoint& last = points_[active_ - 1];
-  Eigen::Vector3d along = centreline_tangent(needle, state, tip);
+  Eigen::Vector3d along = centreline_tangent(needle, state, on_needle);
   const Eigen::Vector3d step = rest_position(base, place) - rest_position(base, last.tissue.centre);
-  if (step.squaredNorm() > 0.0) along = step.normalized();
   PathPoint point;
+  point.frame = frame_along(along, last.frame.col(1));
+  if (step.squaredNorm() > 0.0) along = step.normalized();
   point.tissue = spread_over_ring(base, place, along, rules_.coupling_radius);
-  point.frame = frame_along(centreline_tangent(needle, state, tip), last.frame.col(1));
-  point.on_needle = tip;
+  point.on_needle = on_needle;
   points_.resize(active_);
   points_.push_back(std::move(point));
   ++active_;
+}
+
+/// The path that the tip has cut since its last point: a point at every d_c, however far it went in the step, and one
+/// at the tip.
+void NeedleContacts::extend_path(const Needle& needle, const NeedleState& state, const TissueView& tissue, double from,
+                                 const MaterialPoint& tip_place) {
+  const double tip = arc_length(needle, tip_of(needle));
+  // A rest shorter than half of d_c is left to the last stretch.
+  const int between = static_cast<int>((tip - from) / rules_.cut_advance - 0.5);
+  for (int k = 1; k <= between; ++k) {
+    const CentrelinePoint at = at_arc_length(needle, from + k * rules_.cut_advance);
+    if (const auto place = locate_deformed(tissue.mesh, tissue.u, centreline_position(needle, state, at)))
+      add_path_point(needle, state, tissue, at, *place);
+  }
+  add_path_point(needle, state, tissue, tip_of(needle), tip_place);
 }
 
 void NeedleContacts::end_step(const Needle& needle, const NeedleState& state, const TissueView& tissue,
@@ -328,7 +348,8 @@ void NeedleContacts::end_stick(const ContactOutcome& tip, double time, double ta
 
 void NeedleContacts::end_cut(const Needle& needle, const NeedleState& state, const TissueView& tissue,
                              const ContactOutcome& tip, double time, double total) {
-  const double advance = arc_length(needle, tip_of(needle)) - arc_length(needle, points_[active_ - 1].on_needle);
+  const double from = arc_length(needle, points_[active_ - 1].on_needle);
+  const double advance = arc_length(needle, tip_of(needle)) - from;
   const bool stopped = !(tip.velocity.x() > 0.0);
   const auto tip_place = locate_deformed(tissue.mesh, tissue.u, centreline_position(needle, state, tip_of(needle)));
   if (!tip_place) {
@@ -339,7 +360,7 @@ void NeedleContacts::end_cut(const Needle& needle, const NeedleState& state, con
   }
   if (advance < rules_.cut_advance && !stopped) return;
   if (advance >= least_advance * rules_.cut_advance) {
-    add_tip_point(needle, state, tissue, *tip_place);
+    extend_path(needle, state, tissue, from, *tip_place);
     place_points(needle, state, tissue);
   }
   log(ContactEventKind::stick, time, 0.0);

@@ -119,8 +119,10 @@ class NeedleContacts {
                    double total);
   void leave_through(const Needle& needle, const NeedleState& state, const TissueView& tissue, double time,
                      double total);
-  void add_tip_point(const Needle& needle, const NeedleState& state, const TissueView& tissue,
-                     const MaterialPoint& place);
+  void add_path_point(const Needle& needle, const NeedleState& state, const TissueView& tissue,
+                      const CentrelinePoint& on_needle, const MaterialPoint& place);
+  void extend_path(const Needle& needle, const NeedleState& state, const TissueView& tissue, double from,
+                   const MaterialPoint& tip_place);
   void choose_lateral(const Needle& needle, const TissueView& tissue);
   bool tip_in_tissue() const;
   void log(ContactEventKind kind, double time, double force);
