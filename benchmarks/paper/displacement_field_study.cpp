@@ -18,7 +18,7 @@ constexpr int samples = 81;
 
 Scene field_scene(const std::string& mesh, const StudyContext& context) {
   std::vector<std::string> overrides;
-  for (const auto& [key, value] : context.overrides) overrides.push_back(key + "=" + value);
+  for (const auto& [key, value] : context.overrides) overrides.push_back(std::string(key).append("=").append(value));
   if (mesh == "2x3x3") overrides.emplace_back("adapt.template=\"2x3x3\"");
   Scene scene = read_scene(scene_file("displacement_field"), overrides);
   if (mesh == "unrefined" || mesh == "full") scene.dynamics->adapt.reset();

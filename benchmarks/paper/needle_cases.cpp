@@ -55,7 +55,7 @@ NeedleCase needle_case(const std::string& name, Scene scene, int frames) {
   return made;
 }
 
-bool run_side_by_side(std::vector<NeedleCase*> cases, const StudyContext& context,
+bool run_side_by_side(const std::vector<NeedleCase*>& cases, const StudyContext& context,
                       const std::function<void(double)>& progress) {
   int longest = 0;
   for (const NeedleCase* one : cases) longest = std::max(longest, one->run.planned_frames);

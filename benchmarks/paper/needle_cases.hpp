@@ -33,7 +33,7 @@ NeedleCase needle_case(const std::string& name, Scene scene, int frames = 0);
 
 /// Advances all cases side by side, a frame of each in turn, so that what disturbs the machine disturbs all alike.
 /// False when interrupted; the cases hold what was finished.
-bool run_side_by_side(std::vector<NeedleCase*> cases, const StudyContext& context,
+bool run_side_by_side(const std::vector<NeedleCase*>& cases, const StudyContext& context,
                       const std::function<void(double)>& progress);
 
 /// Summary keys of the run, name, and the case's CSV (added to `files`).

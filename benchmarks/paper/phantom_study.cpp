@@ -27,7 +27,9 @@ constexpr std::array meshes = {"coarse", "fine", "nested", "adaptive"};
 
 Scene phantom_scene(const Setting& setting, const std::string& mesh, StepMethod method, const StudyContext& context) {
   std::vector<std::string> overrides;
-  const auto set = [&](const std::string& key, const std::string& value) { overrides.push_back(key + "=" + value); };
+  const auto set = [&](const std::string& key, const std::string& value) {
+    overrides.push_back(std::string(key).append("=").append(value));
+  };
   for (const auto& [key, value] : context.overrides) set(key, value);
   set("contact.puncture_strength", std::to_string(setting.puncture));
   set("contact.friction", std::to_string(setting.friction));
@@ -105,7 +107,8 @@ void add_checks(const Comparison& c, StudyResult& result) {
   for (const auto& [mesh, one] : c.cases) {
     int unconverged = 0;
     for (const MotionFrame& frame : one.run.frames) unconverged += !frame.report.frame.converged;
-    result.checks.push_back(check("unconverged_frames." + name + "." + mesh, unconverged, 0.0, 0.0));
+    result.checks.push_back(
+        check(std::string("unconverged_frames.").append(name).append(".").append(mesh), unconverged, 0.0, 0.0));
   }
   const NeedleCase &adaptive = c.cases.at("adaptive"), &nested = c.cases.at("nested");
   result.checks.push_back(check("mean_dofs_over_nested." + name, adaptive.mean_dofs / nested.mean_dofs,
