@@ -52,7 +52,7 @@ void locate(benchmark::State& state, bool with_hint) {
   const ContactPoints contacts = contact_points(work);
   std::size_t k = 0;
   for (auto _ : state) {
-    const auto found =
+    auto found =
         locate_deformed(mesh, work.solution.u, contacts.positions[k], with_hint ? contacts.leaves[k].cell : -1);
     benchmark::DoNotOptimize(found);
     k = (k + 1) % point_count;
@@ -76,7 +76,7 @@ void entry(benchmark::State& state) {
   const Eigen::Vector3d outside(-1.0, 5.0, 3.0);
   std::size_t k = 0;
   for (auto _ : state) {
-    const auto hit = first_entry(mesh, work.solution.u, outside, contacts.positions[k]);
+    auto hit = first_entry(mesh, work.solution.u, outside, contacts.positions[k]);
     benchmark::DoNotOptimize(hit);
     k = (k + 1) % point_count;
   }
