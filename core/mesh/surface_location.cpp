@@ -151,8 +151,9 @@ PatchCoordinates nearest_place(const Patch& patch) {
   constexpr int starts = 3;  // per axis
   const int tries = patch.triangle ? 1 : starts * starts;
   for (int k = 0; k < tries; ++k) {
-    double s = patch.triangle ? 1.0 / 3.0 : (k % starts + 0.5) / starts;
-    double t = patch.triangle ? 1.0 / 3.0 : (static_cast<double>(k / starts) + 0.5) / starts;
+    const int row = k / starts, column = k % starts;
+    double s = patch.triangle ? 1.0 / 3.0 : (column + 0.5) / starts;
+    double t = patch.triangle ? 1.0 / 3.0 : (row + 0.5) / starts;
     for (int iteration = 0; iteration < 20; ++iteration) {
       const Eigen::Vector3d p = patch.at(s, t), ps = patch.along_s(t), pt = patch.along_t(s);
       const double h = ps.dot(pt), bend = p.dot(patch.d), ss = ps.squaredNorm(), tt = pt.squaredNorm();
