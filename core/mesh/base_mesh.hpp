@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,12 +19,16 @@ struct BaseFace {
   auto operator<=>(const BaseFace&) const = default;
 };
 
+struct ImmersedBody;
+
 /// The conforming mesh before any refinement: all cells of one shape, distorted or not, with named boundary faces.
 struct BaseMesh {
   CellShape shape = CellShape::hexahedron;
   Eigen::Matrix3Xd nodes;                                 ///< rest positions [m], 3 × n_nodes
   std::vector<std::array<int, max_corners>> cells;        ///< corner nodes in our order; unused entries are -1
   std::map<std::string, std::vector<BaseFace>> surfaces;  ///< named sets of boundary faces, each sorted
+  std::map<std::string, std::vector<int>> regions;  ///< named sets of nodes, each ascending; names unlike surfaces'
+  std::shared_ptr<const ImmersedBody> body;         ///< what fills the cells in part; none: they are full
 };
 
 /// A box of lattice cells [first, last) per axis that `box_mesh` leaves out.
@@ -48,7 +53,8 @@ BaseMesh tensor_mesh(const std::array<std::vector<double>, 3>& coordinates, cons
 
 /// What `validate` found first, in words that name the cell or node; empty when the mesh is sound.
 /// Checks: indices in range, no repeated corner, finite coordinates, positive Jacobian at the quadrature
-/// points of every cell, at most two cells on a face, no node without a cell, surfaces on the boundary.
+/// points of every cell, at most two cells on a face, no node without a cell, surfaces on the boundary, regions of
+/// nodes that exist, under names of their own.
 std::string validate(const BaseMesh& mesh);
 
 /// All faces that belong to one cell only, ascending.

@@ -113,6 +113,20 @@ std::string find_bad_surface(const BaseMesh& mesh, const std::vector<BaseFace>& 
   return {};
 }
 
+std::string find_bad_region(const BaseMesh& mesh) {
+  for (const auto& [name, nodes] : mesh.regions) {
+    const std::string subject = "region '" + name + "'";
+    if (mesh.surfaces.contains(name)) return subject + " has the name of a surface";
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+      if (nodes[i] < 0 || nodes[i] >= mesh.nodes.cols())
+        return subject + ": node " + std::to_string(nodes[i]) + " does not exist";
+      if (i > 0 && nodes[i] <= nodes[i - 1])
+        return subject + ": node " + std::to_string(nodes[i]) + " is out of order: nodes must ascend";
+    }
+  }
+  return {};
+}
+
 std::vector<BaseFace> unshared(const std::vector<FaceRecord>& records) {
   std::vector<BaseFace> faces;
   for (std::size_t i = 0; i < records.size(); ++i) {
@@ -141,6 +155,7 @@ std::string validate(const BaseMesh& mesh) {
   }
   for (int node = 0; node < mesh.nodes.cols(); ++node)
     if (!used[node]) return "node " + std::to_string(node) + " is not a corner of any cell";
+  if (std::string problem = find_bad_region(mesh); !problem.empty()) return problem;
   for (int cell = 0; cell < static_cast<int>(mesh.cells.size()); ++cell)
     if (std::string problem = find_bad_jacobian(mesh, cell); !problem.empty()) return problem;
 

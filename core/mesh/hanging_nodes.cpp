@@ -316,28 +316,39 @@ class Elimination {
     return {!mesh_.on_boundary[node], entity_dimension(mesh_.identities[node]), -coarsest_[node], node};
   }
 
-  /// Whether the terms, as the row of a node on the boundary, name nodes of its face or edge of the base only.
+  /// Whether the terms, as the row of a node on the boundary or in a region, name nodes of its face or edge of the base
+  /// only.
   bool has_closed_row(int pivot) {
     const NodeIdentity& identity = mesh_.identities[pivot];
-    // Tetrahedra know one template, whose faces always fit: nothing is ever left to couple.
-    if (!mesh_.on_boundary[pivot] || mesh_.shape == CellShape::tetrahedron) return true;
+    // Tetrahedra know one template, whose faces always fit: nothing is ever left to couple. An equation of a base
+    // cell's inside names nodes of that cell only.
+    if (mesh_.shape == CellShape::tetrahedron || entity_dimension(identity) == 3) return true;
+    if (!mesh_.on_boundary[pivot] && !in_a_region(identity)) return true;
     return std::all_of(terms_.begin(), terms_.end(),
                        [&](const Term& term) { return in_closure(mesh_.identities[term.node], identity); });
   }
+  /// Base nodes of a vertex, edge or face; -1 in unused entries.
+  std::array<int, 4> base_nodes_of(const NodeIdentity& identity) const {
+    std::array<int, 4> nodes = {-1, -1, -1, -1};
+    const BaseTopology& topology = forest_.topology();
+    const int index = entity_index(identity);
+    if (entity_dimension(identity) == 0) nodes[0] = index;
+    if (entity_dimension(identity) == 1) std::copy_n(topology.edges[index].begin(), 2, nodes.begin());
+    if (entity_dimension(identity) == 2) nodes = topology.faces[index];
+    return nodes;
+  }
+  bool in_a_region(const NodeIdentity& identity) const {
+    const std::array<int, 4> nodes = base_nodes_of(identity);
+    return std::ranges::any_of(forest_.base().regions, [&](const auto& region) {
+      return std::ranges::all_of(nodes, [&](int node) {
+        return node < 0 || std::binary_search(region.second.begin(), region.second.end(), node);
+      });
+    });
+  }
   bool in_closure(const NodeIdentity& inner, const NodeIdentity& outer) const {
     if (inner.entity == outer.entity) return true;
-    const BaseTopology& topology = forest_.topology();
     if (entity_dimension(inner) >= entity_dimension(outer)) return false;
-    const auto& nodes_of = [&](const NodeIdentity& identity, std::array<int, 4>& nodes) {
-      nodes = {-1, -1, -1, -1};
-      const int index = entity_index(identity);
-      if (entity_dimension(identity) == 0) nodes[0] = index;
-      if (entity_dimension(identity) == 1) std::copy_n(topology.edges[index].begin(), 2, nodes.begin());
-      if (entity_dimension(identity) == 2) nodes = topology.faces[index];
-    };
-    std::array<int, 4> inner_nodes, outer_nodes;
-    nodes_of(inner, inner_nodes);
-    nodes_of(outer, outer_nodes);
+    const std::array<int, 4> inner_nodes = base_nodes_of(inner), outer_nodes = base_nodes_of(outer);
     return std::all_of(inner_nodes.begin(), inner_nodes.end(), [&](int node) {
       return node < 0 || std::find(outer_nodes.begin(), outer_nodes.end(), node) != outer_nodes.end();
     });

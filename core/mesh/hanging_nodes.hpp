@@ -21,7 +21,8 @@ namespace finegauge {
 ///
 /// The row of a node on the boundary names nodes of its own base face (or edge) only, so that a support of the face
 /// holds all of it. Where the equations alone would couple two faces of the body (halves first along one axis here and
-/// along the other there can leave one bend that both faces share), that bend is given up.
+/// along the other there can leave one bend that both faces share), that bend is given up. The same goes for a node
+/// whose base entity has all its corners in one of BaseMesh::regions: what holds the region holds the node.
 struct HangingNodes {
   std::vector<int> row_start;  ///< n_nodes + 1
   std::vector<int> master;     ///< reduced numbers, ascending in a row

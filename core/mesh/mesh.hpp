@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -54,10 +55,20 @@ struct Mesh {
   std::vector<NodeIdentity> identities;             ///< per node
   std::vector<std::uint8_t> on_boundary;            ///< per node, 1 on the boundary of the body
   std::vector<BoundaryFace> boundary;               ///< ascending by cell and face
+  std::vector<double> fraction;                     ///< per cell, share of its volume that is material, 0 to 1; empty:
+                                                    ///< all cells are full
 
   int cell_count() const { return static_cast<int>(cells.size()); }
   int node_count() const { return static_cast<int>(nodes.cols()); }
 };
+
+/// The least share of its full stiffness that a cell keeps, however little material is in it. Mass and the error
+/// estimate take the share of material itself.
+inline constexpr double least_stiffness_share = 0.01;
+inline double material_share(const Mesh& mesh, int cell) { return mesh.fraction.empty() ? 1.0 : mesh.fraction[cell]; }
+inline double stiffness_share(const Mesh& mesh, int cell) {
+  return std::max(material_share(mesh, cell), least_stiffness_share);
+}
 
 /// Cells around each node: cells[start[i]] .. cells[start[i + 1] - 1] have node i as a corner, ascending.
 struct NodeCells {

@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "core/mesh/immersed_body.hpp"
+#include "core/mesh/material_share.hpp"
 #include "core/mesh/node_identity.hpp"
 #include "core/mesh/tetrahedron_children.hpp"
 
@@ -13,10 +15,16 @@ namespace finegauge {
 
 RefinementForest::RefinementForest(BaseMesh base) : base_(std::move(base)) {
   if (const std::string fault = validate(base_); !fault.empty()) throw std::invalid_argument("base mesh: " + fault);
+  if (base_.body)
+    if (const std::string fault = validate(*base_.body, base_); !fault.empty())
+      throw std::invalid_argument("base mesh: " + fault);
   topology_ = base_topology(base_);
   leaf_count_ = static_cast<int>(base_.cells.size());
   cells_.reserve(base_.cells.size());
-  for (int cell = 0; cell < leaf_count_; ++cell) cells_.push_back({-1, -1, cell, 0, {{1, 1, 1}}, {1, 1, 1}});
+  for (int cell = 0; cell < leaf_count_; ++cell) {
+    cells_.push_back({-1, -1, cell, 0, {{1, 1, 1}}, {1, 1, 1}, 1.0});
+    if (base_.body) cells_.back().share = base_.body->share[cell];
+  }
 }
 
 std::size_t RefinementForest::storage_bytes() const {
@@ -50,12 +58,16 @@ void RefinementForest::refine(int leaf, RefinementTemplate refinement) {
   } else {
     cells_.resize(cells_.size() + count);
   }
-  Cell child{leaf, -1, cells_[leaf].base, cells_[leaf].depth + 1, {{1, 1, 1}}, cells_[leaf].per_edge};
+  Cell child{
+      leaf, -1, cells_[leaf].base, cells_[leaf].depth + 1, {{1, 1, 1}}, cells_[leaf].per_edge, cells_[leaf].share};
   for (int axis = 0; axis < 3; ++axis) child.per_edge[axis] *= refinement.divisions[axis];
   std::fill_n(cells_.begin() + first, count, child);
   cells_[leaf].first_child = first;
   cells_[leaf].refinement = refinement;
   leaf_count_ += count - 1;
+  if (base_.body && 0.0 < child.share && child.share < 1.0)
+    for (int k = first; k < first + count; ++k)
+      cells_[k].share = material_share(*base_.body, hexahedron_frame(*this, k));
 }
 
 bool RefinementForest::can_coarsen(int handle) const {
@@ -172,6 +184,7 @@ struct MeshBuilder {
     mesh.cells.push_back(nodes);
     mesh.frames.push_back(frame);
     mesh.forest_cell.push_back(handle);
+    if (forest.base().body) mesh.fraction.push_back(forest.cell(handle).share);
     for (int f = 0; f < face_count(mesh.shape); ++f) {
       const auto& view = forest.topology().cell_faces[frame.base_cell][f];
       if (forest.topology().face_cells[view.face][1].cell >= 0) continue;
@@ -187,6 +200,23 @@ LeafFrame base_frame(CellShape shape, int base_cell) {
   const std::uint64_t unit = lattice_unit(shape);
   if (shape == CellShape::hexahedron) return {base_cell, 0, {{{0, 0, 0}, {unit, unit, unit}, {}, {}}}};
   return {base_cell, 0, {{{0, 0, 0}, {unit, 0, 0}, {0, unit, 0}, {0, 0, unit}}}};
+}
+
+LeafFrame hexahedron_frame(const RefinementForest& forest, int handle) {
+  constexpr std::uint64_t unit = lattice_unit(CellShape::hexahedron);
+  LeafFrame frame{forest.cell(handle).base, forest.cell(handle).depth, {}};
+  for (int axis = 0; axis < 3; ++axis) frame.corners[1][axis] = unit / forest.cell(handle).per_edge[axis];
+  for (int cell = handle, parent = forest.cell(cell).parent; parent >= 0;
+       cell = parent, parent = forest.cell(cell).parent) {
+    int number = cell - forest.cell(parent).first_child;
+    for (int axis = 0; axis < 3; ++axis) {
+      const int divisions = forest.cell(parent).refinement.divisions[axis];
+      frame.corners[0][axis] +=
+          static_cast<std::uint64_t>(number % divisions) * (unit / forest.cell(cell).per_edge[axis]);
+      number /= divisions;
+    }
+  }
+  return frame;
 }
 
 double share_of_base_cell(const RefinementForest::Cell& cell) {
@@ -243,35 +273,6 @@ Mesh RefinementForest::leaf_mesh(int height, const std::vector<int>& heights) co
     mesh.on_boundary[node] = on_boundary(topology_, mesh.identities[node]);
   }
   return mesh;
-}
-
-std::string validate(const RefinementForest& forest) {
-  std::vector<int> seen(forest.handle_count(), 0);
-  std::vector<int> open;
-  int leaves = 0;
-  for (int cell = 0; cell < static_cast<int>(forest.base().cells.size()); ++cell) open.push_back(cell);
-  while (!open.empty()) {
-    const int handle = open.back();
-    open.pop_back();
-    const auto& cell = forest.cell(handle);
-    const std::string name = "cell " + std::to_string(handle);
-    if (seen[handle]++) return name + " is reached twice";
-    if (cell.first_child < 0) {
-      ++leaves;
-      continue;
-    }
-    for (int child = cell.first_child; child < cell.first_child + cell.refinement.child_count(); ++child) {
-      const auto& young = forest.cell(child);
-      if (young.parent != handle) return name + " is not the parent of its child " + std::to_string(child);
-      if (young.base != cell.base || young.depth != cell.depth + 1) return name + " has a child of another tree";
-      for (int axis = 0; axis < 3; ++axis)
-        if (young.per_edge[axis] != cell.per_edge[axis] * cell.refinement.divisions[axis])
-          return name + " has a child of the wrong size";
-      open.push_back(child);
-    }
-  }
-  if (leaves != forest.leaf_count()) return "the count of leaves is wrong";
-  return {};
 }
 
 NodeCells cells_around_nodes(const Mesh& mesh) {

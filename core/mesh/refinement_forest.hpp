@@ -29,8 +29,10 @@ class RefinementForest {
     int depth;
     RefinementTemplate refinement;          ///< of a cell that is not a leaf
     std::array<std::uint64_t, 3> per_edge;  ///< cells of this size along each axis of the base cell
+    double share = 1.0;                     ///< of the cell's volume that is material; 1 without an immersed body
   };
 
+  /// Throws std::invalid_argument when the mesh is not sound or does not fit its immersed body.
   explicit RefinementForest(BaseMesh base);
 
   const BaseMesh& base() const { return base_; }
@@ -45,7 +47,8 @@ class RefinementForest {
 
   /// Whether the leaf's children still lie on the lattice (mesh.hpp, lattice_unit). Tetrahedra know 2x2x2 only.
   bool can_refine(int leaf, RefinementTemplate refinement) const;
-  /// Replaces a leaf by its children. Precondition: can_refine.
+  /// Replaces a leaf by its children. Precondition: can_refine. With an immersed body each child's share of material
+  /// is integrated here, once; the children of a full or empty cell are full or empty.
   void refine(int leaf, RefinementTemplate refinement);
   /// Whether the cell has children and all of them are leaves.
   bool can_coarsen(int handle) const;
@@ -73,6 +76,8 @@ double share_of_base_cell(const RefinementForest::Cell& cell);
 void child_frames(CellShape shape, const LeafFrame& frame, RefinementTemplate refinement,
                   std::vector<LeafFrame>& children);
 LeafFrame base_frame(CellShape shape, int base_cell);
+/// Frame of a cell of a forest of hexahedra, from its ancestors.
+LeafFrame hexahedron_frame(const RefinementForest& forest, int handle);
 
 /// Our promises, checked one by one: what is broken, in words; empty when nothing is. For tests and debug builds.
 std::string validate(const RefinementForest& forest);

@@ -1,0 +1,130 @@
+#include "core/mesh/material_share.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace finegauge {
+namespace {
+
+/// A convex polygon: a triangle and what six cuts add, a corner each. The column starts at (0, 0), the box at z = 0.
+struct Polygon {
+  std::array<Eigen::Vector3d, 9> corners;
+  int count = 0;
+
+  void add(const Eigen::Vector3d& corner) { corners[count++] = corner; }
+};
+
+/// The point of the segment on the plane x[axis] = at; from its lower to its higher end, whoever asks.
+Eigen::Vector3d cut_point(const Eigen::Vector3d& a, const Eigen::Vector3d& b, int axis, double at) {
+  const Eigen::Vector3d &low = a[axis] < b[axis] ? a : b, &high = a[axis] < b[axis] ? b : a;
+  Eigen::Vector3d cut = low + (at - low[axis]) / (high[axis] - low[axis]) * (high - low);
+  cut[axis] = at;
+  return cut;
+}
+
+enum class Side { above, below };
+
+/// The part of the polygon on one side of the plane x[axis] = at (Sutherland & Hodgman 1974).
+Polygon clipped(const Polygon& polygon, int axis, Side side, double at) {
+  const auto keeps = [&](const Eigen::Vector3d& x) { return side == Side::above ? x[axis] >= at : x[axis] <= at; };
+  Polygon part;
+  for (int c = 0; c < polygon.count; ++c) {
+    const Eigen::Vector3d &from = polygon.corners[c], &to = polygon.corners[c + 1 < polygon.count ? c + 1 : 0];
+    if (keeps(from)) part.add(from);
+    if (keeps(from) != keeps(to)) part.add(cut_point(from, to, axis, at));
+  }
+  return part;
+}
+
+/// ∫ n_z dA and ∫ z n_z dA.
+struct Flux {
+  double area = 0.0, moment = 0.0;
+};
+Flux upward_flux(const Polygon& polygon) {
+  Flux flux;
+  const Eigen::Vector3d& a = polygon.corners[0];
+  for (int c = 2; c < polygon.count; ++c) {
+    const Eigen::Vector3d &b = polygon.corners[c - 1], &d = polygon.corners[c];
+    const double part = 0.5 * ((b.x() - a.x()) * (d.y() - a.y()) - (d.x() - a.x()) * (b.y() - a.y()));
+    flux.area += part;
+    flux.moment += part * (a.z() + b.z() + d.z()) / 3.0;
+  }
+  return flux;
+}
+
+/// ∫ clamp(z, 0, height) n_z dA.
+double clamped_flux(const Polygon& polygon, double height) {
+  double lowest = polygon.corners[0].z(), highest = lowest;
+  for (int c = 1; c < polygon.count; ++c) {
+    lowest = std::min(lowest, polygon.corners[c].z());
+    highest = std::max(highest, polygon.corners[c].z());
+  }
+  if (polygon.count < 3 || highest <= 0.0) return 0.0;
+  if (lowest >= height) return height * upward_flux(polygon).area;
+  if (lowest >= 0.0 && highest <= height) return upward_flux(polygon).moment;
+  const Polygon from_floor = clipped(polygon, 2, Side::above, 0.0);
+  return upward_flux(clipped(from_floor, 2, Side::below, height)).moment +
+         height * upward_flux(clipped(from_floor, 2, Side::above, height)).area;
+}
+
+}  // namespace
+
+BoundingBox lattice_box(const ImmersedBody& body, const LeafFrame& frame) {
+  constexpr double unit = static_cast<double>(lattice_unit(CellShape::hexahedron));
+  const auto& [lower, size, unused_a, unused_b] = frame.corners;
+  BoundingBox box;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double place = body.place[frame.base_cell][axis];
+    box.lower[axis] = place + static_cast<double>(lower[axis]) / unit;
+    box.upper[axis] = place + static_cast<double>(lower[axis] + size[axis]) / unit;
+  }
+  return box;
+}
+
+double integrated_share(const ImmersedBody& body, const BoundingBox& box) {
+  const Eigen::Vector3d size = box.upper - box.lower;
+  assert(size.minCoeff() > 0.0);
+  std::array<int, 2> place;
+  for (int axis = 0; axis < 2; ++axis)
+    place[axis] = std::clamp(static_cast<int>(std::floor(0.5 * (box.lower[axis] + box.upper[axis]))), 0,
+                             body.lattice_cells[axis] - 1);
+  const int column = place[0] + body.lattice_cells[0] * place[1];
+  const bool upside_down = box.lower.z() + box.upper.z() < body.lattice_cells[2];
+
+  double sum = 0.0;
+  for (int k = body.column_start[column]; k < body.column_start[column + 1]; ++k) {
+    const int triangle = body.column_triangles[k];
+    const BoundingBox& around = body.triangle_boxes[triangle];
+    if (upside_down ? around.lower.z() >= box.upper.z() : around.upper.z() <= box.lower.z()) continue;
+    bool misses = false;
+    for (int axis = 0; axis < 2; ++axis)
+      misses = misses || around.upper[axis] <= box.lower[axis] || around.lower[axis] >= box.upper[axis];
+    if (misses) continue;
+    Polygon polygon;
+    for (const int vertex : body.surface.triangles[triangle]) {
+      Eigen::Vector3d corner = body.lattice_vertices.col(vertex) - box.lower;
+      if (upside_down) corner.z() = box.upper.z() - body.lattice_vertices(2, vertex);
+      polygon.add(corner);
+    }
+    for (int axis = 0; axis < 2; ++axis) {
+      if (around.lower[axis] < box.lower[axis]) polygon = clipped(polygon, axis, Side::above, 0.0);
+      if (around.upper[axis] > box.upper[axis]) polygon = clipped(polygon, axis, Side::below, size[axis]);
+    }
+    sum += clamped_flux(polygon, size.z());
+  }
+  return (upside_down ? -sum : sum) / size.prod();
+}
+
+double rounded_share(double integrated) {
+  if (!(integrated > full_or_empty)) return 0.0;
+  return integrated < 1.0 - full_or_empty ? integrated : 1.0;
+}
+
+double material_share(const ImmersedBody& body, const LeafFrame& frame) {
+  const BoundingBox box = lattice_box(body, frame);
+  if ((box.upper - box.lower).minCoeff() > 0.0) return rounded_share(integrated_share(body, box));
+  return contains(body, body.origin + body.cell_size.cwiseProduct(box.lower)) ? 1.0 : 0.0;
+}
+
+}  // namespace finegauge
