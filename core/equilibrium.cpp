@@ -122,7 +122,7 @@ Equilibrium solve_linear_equilibrium(const Discretization& d, const MeshHierarch
   result.relative_residual = scale > 0.0 ? report.relative_residual * rest / scale : 0.0;
   // A now has held directions decoupled; x has no part there but the prescribed one, whose energy is not in A x.
   result.times.solve_ms = watch.lap();
-  if (prescribed.isZero(0.0)) {
+  if (prescribed.isZero(0.0) && d.springs.empty()) {
     // 2 fᵀx - xᵀAx: off by the square of the algebraic error only.
     multiply(A, x, Ax);
     result.energy = 2.0 * loads.dot(x) - x.dot(Ax);
@@ -196,7 +196,9 @@ Equilibrium solve_equilibrium(const Discretization& d, const MeshHierarchy& hier
                               const Eigen::Matrix3Xd& start, const EquilibriumOptions& options, FactorCache* factors) {
   FactorCache fresh;
   FactorCache& used = factors ? *factors : fresh;
-  const Eigen::VectorXd reduced_loads = reduce_forces(d.hanging, loads);
+  Eigen::VectorXd reduced_loads = reduce_forces(d.hanging, loads);
+  if (!d.springs.empty())
+    reduced_loads += reduce_forces(d.hanging, anchor_forces(d.springs, d.mesh, anchors_at(d.springs, 0.0)));
   return d.shapes.material().kinematics == Kinematics::linear
              ? solve_linear_equilibrium(d, hierarchy, reduced_loads, start, options, used)
              : solve_corotational_equilibrium(d, hierarchy, reduced_loads, start, options, used);

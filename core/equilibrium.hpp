@@ -35,7 +35,8 @@ struct [[nodiscard]] Equilibrium {
   int linear_iterations = 0;  ///< summed over Newton
   double relative_residual =
       0.0;              ///< may stay above newton_residual where round-off of the positions does not let it fall
-  double energy = 0.0;  ///< ∫ ε:σ [J], second-order accurate in the algebraic error for linear problems
+  double energy = 0.0;  ///< ∫ ε:σ [J], without springs; second-order accurate in the algebraic error for linear
+                        ///< problems that have no springs and prescribe no displacement
   StageTimes times;
 };
 
@@ -43,7 +44,7 @@ struct [[nodiscard]] Equilibrium {
 /// ones iterate with frozen rotations, each step taken whole and mixed with the ones before (anderson_mixing.hpp): the
 /// matrix stays symmetric positive definite, and cantilevers bend by more than their length's half in some 15 steps.
 /// Where several equilibria exist (buckled or not) the one found need not be the stable one. Not converged: u is the
-/// last iterate. `hierarchy` belongs to the discretization.
+/// last iterate. `hierarchy` belongs to the discretization. Anchors of springs are where they are at t = 0.
 Equilibrium solve_equilibrium(const Discretization& d, const MeshHierarchy& hierarchy, const Eigen::Matrix3Xd& loads,
                               const Eigen::Matrix3Xd& start, const EquilibriumOptions& options = {},
                               FactorCache* factors = nullptr);

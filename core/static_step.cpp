@@ -10,7 +10,8 @@ namespace finegauge {
 StaticSolution solve_static(const RefinementForest& forest, const StaticProblem& problem, const StaticSolution* before,
                             FactorCache& factors) {
   Stopwatch watch;
-  Discretization discretization = discretize(forest, problem.material, problem.supports);
+  Discretization discretization =
+      discretize(forest, forest.leaf_mesh(), problem.material, problem.supports, problem.springs);
   const double discretize_ms = watch.lap();
   StaticSolution solution = solve_static(forest, std::move(discretization), problem, before, factors);
   solution.times.topology_ms += discretize_ms;

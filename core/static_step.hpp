@@ -16,6 +16,7 @@ struct StaticProblem {
   std::vector<SurfaceLoad> loads;
   BodyForce body;
   EquilibriumOptions solver;
+  std::vector<SpringSupport> springs = {};  ///< their anchors where they are at t = 0
 };
 
 /// Milliseconds of wall time of the stages of one step. Topology: mesh, T, patterns, hierarchy and the transfer of the

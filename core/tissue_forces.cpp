@@ -10,7 +10,7 @@ TissueForces tissue_forces(const Discretization& d, const Eigen::Matrix3Xd& u, c
   const CellVectors origin = CellVectors::Zero();
   RestShapes::Entry scratch;
   for (int cell = 0; cell < d.mesh.cell_count(); ++cell) {
-    const RestShapes::Entry& entry = d.shapes.entry(d.mesh, cell, scratch);
+    const RestShapes::CellView entry = d.shapes.entry(d.mesh, cell, scratch);
     const CellVectors X = corner_values(d.mesh, cell, d.mesh.nodes);
     const CellVectors x = X + corner_values(d.mesh, cell, u);
     const Eigen::Matrix3d R = cell_rotation(entry.geometry, d.shapes.material(), x);
@@ -22,7 +22,18 @@ TissueForces tissue_forces(const Discretization& d, const Eigen::Matrix3Xd& u, c
       stiff.col(d.mesh.cells[cell][c]) += Kw.col(c);
     }
   }
+  add_spring_forces(d.springs, d.mesh, u, internal);
+  add_spring_forces(d.springs, d.mesh, w, stiff);
   return {reduce_forces(d.hanging, internal), reduce_forces(d.hanging, stiff)};
+}
+
+Eigen::VectorXd anchor_loads(const Discretization& d, double stiffness_damping, double time, double tau) {
+  std::vector<Eigen::Vector3d> anchors = anchors_at(d.springs, time + tau);
+  if (stiffness_damping != 0.0) {
+    const std::vector<Eigen::Vector3d> before = anchors_at(d.springs, time);
+    for (std::size_t p = 0; p < anchors.size(); ++p) anchors[p] += stiffness_damping / tau * (anchors[p] - before[p]);
+  }
+  return reduce_forces(d.hanging, anchor_forces(d.springs, d.mesh, anchors));
 }
 
 Eigen::VectorXd mass_times(const Eigen::VectorXd& mass, const Eigen::VectorXd& reduced) {

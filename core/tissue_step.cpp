@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/solve/anderson_mixing.hpp"
 #include "core/space/lumped_mass.hpp"
@@ -22,13 +23,14 @@ struct OutOfBalance {
 
 OutOfBalance out_of_balance(const TissueMesh& mesh, const TissueProblem& problem, const TissueState& state,
                             const Eigen::VectorXd& start_velocity, const Eigen::VectorXd& constraint_impulse,
-                            double tau) {
+                            double time, double tau) {
   const Eigen::VectorXd v = gather(mesh.d.hanging, state.v);
   const TissueForces forces = tissue_forces(mesh.d, state.u, state.v);
   const Eigen::VectorXd inertia = mass_times(mesh.mass, v - start_velocity);
   const Eigen::VectorXd damping =
       tau * (problem.mass_damping * mass_times(mesh.mass, v) + problem.stiffness_damping * forces.stiff);
   Eigen::VectorXd loads = tau * mesh.loads;
+  if (!mesh.d.springs.empty()) loads += tau * anchor_loads(mesh.d, problem.stiffness_damping, time, tau);
   project(mesh.d.supports, loads);
   Eigen::VectorXd r = inertia - loads + tau * forces.internal + damping;
   if (constraint_impulse.size() > 0) r += constraint_impulse;
@@ -106,8 +108,12 @@ SolveReport solve_system(const Supports& supports, const TissueSystem& system, c
 }  // namespace
 
 TissueMesh build_tissue_mesh(const RefinementForest& forest, const TissueProblem& problem) {
+  return build_tissue_mesh(forest, forest.leaf_mesh(), problem);
+}
+
+TissueMesh build_tissue_mesh(const RefinementForest& forest, Mesh leaves, const TissueProblem& problem) {
   TissueMesh mesh;
-  mesh.d = discretize(forest, problem.material, problem.supports);
+  mesh.d = discretize(forest, std::move(leaves), problem.material, problem.supports, problem.springs);
   mesh.mass = lumped_mass(mesh.d, problem.density);
   mesh.loads = reduce_forces(mesh.d.hanging, nodal_loads(forest.base(), mesh.d.mesh, problem.loads, problem.body));
   // By the lumped mass, not by integration: every node then falls alike, whatever the mesh.
@@ -122,6 +128,7 @@ void assemble_step(const TissueMesh& mesh, const TissueProblem& problem, const T
   const double stiffness = tau * problem.stiffness_damping + tau * tau;
   system.b = tau * (mesh.loads - system.internal) - stiffness * system.product;
   if (problem.mass_damping != 0.0) system.b -= tau * problem.mass_damping * mass_times(mesh.mass, system.velocity);
+  if (!mesh.d.springs.empty()) system.b += tau * anchor_loads(mesh.d, problem.stiffness_damping, time, tau);
   finish_system(mesh, problem, state.u, system.velocity, time, tau, system);
 }
 
@@ -132,6 +139,7 @@ void assemble_newton_step(const TissueMesh& mesh, const TissueProblem& problem, 
   assemble_tissue(mesh, end, end_velocity, system);
   system.b = tau * (mesh.loads - system.internal) - tau * problem.stiffness_damping * system.product -
              mass_times(mesh.mass, (1.0 + tau * problem.mass_damping) * end_velocity - system.velocity);
+  if (!mesh.d.springs.empty()) system.b += tau * anchor_loads(mesh.d, problem.stiffness_damping, time, tau);
   finish_system(mesh, problem, state.u, end_velocity, time, tau, system);
 }
 
@@ -140,8 +148,9 @@ void update(const TissueMesh& mesh, const Eigen::VectorXd& dv, double tau, Tissu
 }
 
 double equilibrium_error(const TissueMesh& mesh, const TissueProblem& problem, const TissueState& state,
-                         const Eigen::VectorXd& start_velocity, const Eigen::VectorXd& constraint_impulse, double tau) {
-  return out_of_balance(mesh, problem, state, start_velocity, constraint_impulse, tau).error();
+                         const Eigen::VectorXd& start_velocity, const Eigen::VectorXd& constraint_impulse, double tau,
+                         double time) {
+  return out_of_balance(mesh, problem, state, start_velocity, constraint_impulse, time, tau).error();
 }
 
 TissueStepReport step_tissue(const TissueMesh& mesh, const TissueProblem& problem, double time, double tau,
@@ -172,7 +181,7 @@ TissueStepReport step_tissue(const TissueMesh& mesh, const TissueProblem& proble
     v = next;
     end = state;
     move_with(mesh, v, tau, end);  // from v itself: over a long step v - v(t) has lost its digits
-    const OutOfBalance left = out_of_balance(mesh, problem, end, system.velocity, none, tau);
+    const OutOfBalance left = out_of_balance(mesh, problem, end, system.velocity, none, time, tau);
     report.equilibrium_error = left.error();
     report.converged = linear.converged;
     if (!linear.converged || options.newton_iterations <= 1) break;

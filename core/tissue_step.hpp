@@ -19,6 +19,7 @@ struct TissueProblem {
   double stiffness_damping = 0.0;                     ///< β [s]
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  ///< [m/s²]
   std::vector<SupportCondition> supports;             ///< moving ones by SupportCondition::course
+  std::vector<SpringSupport> springs;                 ///< part of K; anchors move by SpringSupport::course
   std::vector<SurfaceLoad> loads;                     ///< constant in time
   BodyForce body;
 };
@@ -36,11 +37,15 @@ struct TissueMesh {
   Eigen::VectorXd loads;  ///< reduced external forces with gravity [N]
 };
 TissueMesh build_tissue_mesh(const RefinementForest& forest, const TissueProblem& problem);
+/// Of a `forest.leaf_mesh()` of the forest as it is now.
+TissueMesh build_tissue_mesh(const RefinementForest& forest, Mesh mesh, const TissueProblem& problem);
 
 /// The linear system of a step of backward Euler with K and C positive:
 ///   A = M + τ C + τ² K,  b = τ f(u, v) - τ² K v,  f = f_ext - f_int(u) - C v,  dv = v(t+τ) - v(t)
 /// (Baraff & Witkin 1998; the paper's signs are those of force Jacobians), reduced, supports applied. K is frozen at
-/// the rotations of u. In held directions dv is prescribed: v(t+τ) = (u_prescribed(t+τ) - u)/τ.
+/// the rotations of u. In held directions dv is prescribed: v(t+τ) = (u_prescribed(t+τ) - u)/τ. Springs are part of K
+/// and of f_int as if their anchors rested; what the anchors add, k (a(t+τ) + β (a(t+τ) - a(t))/τ), is part of f_ext.
+/// A node whose cells have no material has no mass; K holds it, by the least share of stiffness (mesh.hpp).
 struct TissueSystem {
   BlockMatrix<double> A;
   Eigen::VectorXd b;           ///< free directions only, the prescribed part of dv carried over [N s]
@@ -65,37 +70,44 @@ void update(const TissueMesh& mesh, const Eigen::VectorXd& dv, double tau, Tissu
 ///   M (v⁺ - v) - τ f(u⁺, v⁺) + Jᵀλ in free directions,
 /// over the largest of the terms' norms (reactions included, but not loads on held directions); zero where all terms
 /// are. `constraint_impulse` is Jᵀλ, reduced, may be empty. `start_velocity`: reduced v before the step; `state` after.
+/// `time` [s]: at the start of the step; only moving springs ask for it.
 double equilibrium_error(const TissueMesh& mesh, const TissueProblem& problem, const TissueState& state,
-                         const Eigen::VectorXd& start_velocity, const Eigen::VectorXd& constraint_impulse, double tau);
+                         const Eigen::VectorXd& start_velocity, const Eigen::VectorXd& constraint_impulse, double tau,
+                         double time = no_time);
 
 /// Energies [J] of a state.
 struct TissueEnergy {
   double kinetic = 0.0;
-  double elastic = 0.0;  ///< stored
+  double elastic = 0.0;  ///< stored, in the body and in its springs
   double sum() const { return kinetic + elastic; }
 };
-TissueEnergy tissue_energy(const TissueMesh& mesh, const TissueState& state);
+/// `time` [s]: of the state; only moving springs ask for it.
+TissueEnergy tissue_energy(const TissueMesh& mesh, const TissueState& state, double time = no_time);
 Eigen::Vector3d linear_momentum(const TissueMesh& mesh, const TissueState& state);  ///< [kg m/s]
 /// About the origin, at current positions [kg m²/s]. Not conserved: frozen rotations are not free of torque.
 Eigen::Vector3d angular_momentum(const TissueMesh& mesh, const TissueState& state);
 
 /// What a step did to the energy [J]. Scalar product of the implicit step with v⁺, term by term:
-///   change of kinetic + elastic = loads + supports + constraints + unbalanced - damping - numerical + remainder.
+///   change of kinetic + elastic
+///     = loads + supports + springs + constraints + unbalanced - damping - numerical + remainder.
 /// The remainder vanishes to round-off for linear kinematics. For corotational ones it does not, and has either sign:
 /// the internal force leaves out how rotations change and so is not the gradient of the elastic energy.
 struct TissueWork {
   double loads = 0.0;        ///< by external forces and gravity, f_extᵀ (u⁺ - u)
   double supports = 0.0;     ///< by moving supports: reaction impulse times prescribed velocity
+  double springs = 0.0;      ///< by moving anchors: the springs' forces on the body at the end times a⁺ - a
   double constraints = 0.0;  ///< by constraint impulses, -(Jᵀλ)ᵀ v⁺
   double unbalanced = 0.0;   ///< by the impulses that equilibrium_error measures; zero when the step is solved exactly
-  double damping = 0.0;      ///< dissipated by Rayleigh damping, τ v⁺ᵀ C v⁺ >= 0
-  double numerical = 0.0;    ///< dissipated by backward Euler, 1/2 dvᵀ M dv + 1/2 τ² v⁺ᵀ K v⁺ >= 0
+  double damping = 0.0;      ///< dissipated by Rayleigh damping, τ v⁺ᵀ C v⁺ >= 0; of springs by u̇ - ȧ
+  double numerical = 0.0;  ///< dissipated by backward Euler, 1/2 dvᵀ M dv + 1/2 τ² v⁺ᵀ K v⁺ >= 0; of springs likewise
 
   /// What the change of kinetic + elastic energy should be.
-  double sum() const { return loads + supports + constraints + unbalanced - damping - numerical; }
+  double sum() const { return loads + supports + springs + constraints + unbalanced - damping - numerical; }
 };
+/// `time` [s]: at the start of the step; only moving springs ask for it.
 TissueWork tissue_work(const TissueMesh& mesh, const TissueProblem& problem, const TissueState& before,
-                       const TissueState& after, const Eigen::VectorXd& constraint_impulse, double tau);
+                       const TissueState& after, const Eigen::VectorXd& constraint_impulse, double tau,
+                       double time = no_time);
 
 using LinearSolve =
     std::function<SolveReport(const BlockMatrix<double>& A, const Eigen::VectorXd& b, Eigen::VectorXd& x)>;
@@ -120,7 +132,7 @@ TissueStepReport step_tissue(const TissueMesh& mesh, const TissueProblem& proble
 struct TransferLedger {
   double elastic_change = 0.0, kinetic_change = 0.0;          ///< after minus before [J]
   Eigen::Vector3d support_impulse = Eigen::Vector3d::Zero();  ///< taken by the supports of coarsened cells [kg m/s]
-  double momentum_change = 0.0;  ///< ‖Δp + support_impulse‖ / (mass × largest speed); round-off
+  double momentum_change = 0.0;  ///< ‖Δp + support_impulse‖ / (mass × largest speed); round-off, but see below
   int moved = 0;                 ///< nodes whose velocity is not that of the old field there
 };
 /// u and v on another mesh of the same forest. Refinement keeps both fields exactly, and the momentum; the lumped
@@ -135,8 +147,11 @@ struct TransferLedger {
 ///
 /// Where T gives up a bend, has negative weights, or a cell was refined beside one that was coarsened in the same
 /// change, M_c is not Pᵀ M_f 1: the momentum left over is then shared among the moved nodes, and the kinetic energy is
-/// bounded only by what the ledger says.
+/// bounded only by what the ledger says. So it is in cells that are filled in part, whose children know better where
+/// the mass is. There refinement keeps the fields and not the momentum, since the same velocities carry other masses;
+/// the ledger says by how much. Nodes without mass have the old field's velocity.
+/// `time` [s]: of the state; only the ledger's elastic energy of moving springs asks for it.
 TissueState transfer_state(const TissueMesh& from, const TissueState& state, const TissueMesh& to,
-                           TransferLedger* ledger);
+                           TransferLedger* ledger, double time = no_time);
 
 }  // namespace finegauge

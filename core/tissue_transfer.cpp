@@ -1,51 +1,12 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 
-#include "core/mesh/nested_meshes.hpp"
+#include "core/space/nested_nodes.hpp"
 #include "core/space/transfer.hpp"
 #include "core/tissue_step.hpp"
 
 namespace finegauge {
 namespace {
-
-/// Where the old nodes are on the new mesh: a node of it, or a point in one of its leaves.
-struct OldNode {
-  int node = -1;
-  int cell = -1;
-  Eigen::Vector3d xi = Eigen::Vector3d::Zero();
-};
-
-std::vector<OldNode> find_old_nodes(const Mesh& from, const Mesh& to) {
-  std::vector<OldNode> old(from.node_count());
-  const int corners = corner_count(from.shape);
-  visit_nested_leaves(from, to, [&](int old_cell, int new_cell) {
-    const LeafFrame &old_leaf = from.frames[old_cell], &new_leaf = to.frames[new_cell];
-    for (int a = 0; a < corners; ++a) {
-      OldNode& place = old[from.cells[old_cell][a]];
-      if (place.node >= 0) continue;
-      const LatticePoint point = lattice_corner(from.shape, old_leaf, a);
-      for (int c = 0; c < corners && place.node < 0; ++c)
-        if (lattice_corner(to.shape, new_leaf, c) == point) place.node = to.cells[new_cell][c];
-      if (place.node < 0 && place.cell < 0 && new_leaf.depth < old_leaf.depth)
-        place = {-1, new_cell, natural_coordinates(to.shape, new_leaf, point)};
-    }
-  });
-  return old;
-}
-
-/// visit(i, P_fi) for the reduced nodes of the new mesh on which an old node depends.
-template <class Visit>
-void visit_row(const Discretization& to, const OldNode& old, const Visit& visit) {
-  const auto visit_node = [&](int node, double weight) {
-    for (int k = to.hanging.row_start[node]; k < to.hanging.row_start[node + 1]; ++k)
-      visit(to.hanging.master[k], weight * to.hanging.weight[k]);
-  };
-  if (old.node >= 0) return visit_node(old.node, 1.0);
-  const std::array<double, max_corners> N = shape_functions(to.mesh.shape, old.xi);
-  for (int c = 0; c < corner_count(to.mesh.shape); ++c)
-    if (N[c] != 0.0) visit_node(to.mesh.cells[old.cell][c], N[c]);
-}
 
 /// What the old nodes that are gone, or hang now, bring to the nodes that they hung on.
 struct Gathered {
@@ -75,7 +36,7 @@ Gathered gather_momentum(const TissueMesh& from, const TissueState& state, const
 }  // namespace
 
 TissueState transfer_state(const TissueMesh& from, const TissueState& state, const TissueMesh& to,
-                           TransferLedger* ledger) {
+                           TransferLedger* ledger, double time) {
   const HangingNodes& T = to.d.hanging;
   const Eigen::VectorXd u = gather(T, transfer(from.d.mesh, state.u, to.d.mesh));
   Eigen::VectorXd reduced = gather(T, transfer(from.d.mesh, state.v, to.d.mesh));
@@ -88,10 +49,12 @@ TissueState transfer_state(const TissueMesh& from, const TissueState& state, con
     double moved_mass = 0.0;
     for (const int i : gathered.nodes) {
       moved_mass += to.mass[i];
-      v.col(i) += gathered.impulse.col(i) / std::max(to.mass[i], gathered.mass[i]);
+      if (const double mass = std::max(to.mass[i], gathered.mass[i]); mass > 0.0)
+        v.col(i) += gathered.impulse.col(i) / mass;
     }
     const Eigen::Vector3d left_over = linear_momentum(from, state) - v * to.mass;
-    for (const int i : gathered.nodes) v.col(i) += left_over / moved_mass;
+    for (const int i : gathered.nodes)
+      if (to.mass[i] > 0.0) v.col(i) += left_over / moved_mass;
     for (std::size_t s = 0; s < to.d.supports.reduced.size(); ++s) {
       const int i = to.d.supports.reduced[s];
       const Eigen::Vector3d change = to.d.supports.held[s] * (v.col(i) - kept.col(i));
@@ -101,7 +64,7 @@ TissueState transfer_state(const TissueMesh& from, const TissueState& state, con
   }
   const TissueState result{expand(T, u), expand(T, reduced)};
   if (ledger) {
-    const TissueEnergy before = tissue_energy(from, state), after = tissue_energy(to, result);
+    const TissueEnergy before = tissue_energy(from, state, time), after = tissue_energy(to, result, time);
     ledger->elastic_change = after.elastic - before.elastic;
     ledger->kinetic_change = after.kinetic - before.kinetic;
     ledger->support_impulse = support_impulse;

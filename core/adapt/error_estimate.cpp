@@ -143,10 +143,11 @@ ErrorEstimate estimate_error_spr(const Discretization& d, const Eigen::Matrix3Xd
     const double* stress = stresses.quadrature.data() + doubles_per_cell * cell;
     const CellError error = hexahedra ? hexahedron_error(material, geometry, stress, recovered)
                                       : tetrahedron_error(material, geometry, stress, recovered);
-    estimate.eta[cell] = std::sqrt(error.error_squared);
+    const double share = material_share(mesh, cell);
+    estimate.eta[cell] = std::sqrt(share * error.error_squared);
     estimate.direction.col(cell) = error.direction;
-    total_squared += error.error_squared;
-    energy += error.energy;
+    total_squared += share * error.error_squared;
+    energy += share * error.energy;
   }
   estimate.total = std::sqrt(total_squared);
   estimate.energy_norm = std::sqrt(energy);

@@ -8,13 +8,14 @@
 
 namespace finegauge {
 
-/// Estimated error in the energy norm.
+/// Estimated error in the energy norm. Integrals are over the material: a cell counts by its share of it (the stiffness
+/// that slivers keep beyond that is no part of the body), so that a cell without material has η_e = 0.
 struct ErrorEstimate {
-  Eigen::VectorXd eta;                ///< per cell, sqrt ∫ (ε_h - ε_s):(σ_h - σ_s) [√J] (paper, eq. of η_e)
-  Eigen::Matrix3Xd direction;         ///< per cell, share of η_e² along each of its axes, columns sum to one
-  double total = 0.0;                 ///< sqrt Σ η_e² [√J]
-  double energy_norm = 0.0;           ///< sqrt ∫ ε_h:σ_h [√J]
-  double relative = 0.0;              ///< η = total / energy_norm; zero when both vanish
+  Eigen::VectorXd eta;         ///< per cell, sqrt ∫ (ε_h - ε_s):(σ_h - σ_s) [√J] (paper, eq. of η_e)
+  Eigen::Matrix3Xd direction;  ///< per cell, share of η_e² along each of its axes, columns sum to one
+  double total = 0.0;          ///< sqrt Σ η_e² [√J]
+  double energy_norm = 0.0;    ///< sqrt ∫ ε_h:σ_h [√J]
+  double relative = 0.0;       ///< η = total / energy_norm; zero when both vanish
   Eigen::Matrix<double, 6, Eigen::Dynamic> nodal_stress;  ///< the recovered stress [Pa], 6 × n_nodes
 };
 

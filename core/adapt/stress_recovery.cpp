@@ -10,10 +10,20 @@ namespace finegauge {
 
 namespace {
 
-bool is_inner(const Discretization& d, int node) { return !d.hanging.hangs(node) && !d.mesh.on_boundary[node]; }
-
 std::span<const int> cells_at(const NodeCells& around, int node) {
   return {around.cells.data() + around.start[node], around.cells.data() + around.start[node + 1]};
+}
+
+/// Per node, whether it has a patch of its own: inside the body, does not hang, no cell around it is mostly empty.
+std::vector<std::uint8_t> find_inner_nodes(const Discretization& d, const NodeCells& around) {
+  std::vector<std::uint8_t> inner(d.mesh.node_count());
+  for (int node = 0; node < d.mesh.node_count(); ++node)
+    inner[node] = !d.hanging.hangs(node) && !d.mesh.on_boundary[node];
+  if (d.mesh.fraction.empty()) return inner;
+  for (int node = 0; node < d.mesh.node_count(); ++node)
+    for (const int cell : cells_at(around, node))
+      if (d.mesh.fraction[cell] < least_sampled_share) inner[node] = 0;
+  return inner;
 }
 
 Eigen::Matrix3Xd cell_centres(const Mesh& mesh) {
@@ -76,6 +86,15 @@ PatchPolynomial fit_inner_node(const Mesh& mesh, std::span<const int> cells, int
   return fit_patch(cells, centres, values, cell_axes(mesh, cells[0]), PatchBasis::trilinear);
 }
 
+/// Of the cells around a node those that are sampled; all where none is. `buffer` holds them where they are fewer.
+std::span<const int> sampled_cells(const Mesh& mesh, std::span<const int> cells, std::vector<int>& buffer) {
+  if (mesh.fraction.empty()) return cells;
+  buffer.clear();
+  for (const int cell : cells)
+    if (mesh.fraction[cell] >= least_sampled_share) buffer.push_back(cell);
+  return buffer.empty() ? cells : std::span<const int>(buffer);
+}
+
 /// For each boundary node that does not hang: the inner nodes whose polynomials give its value.
 struct Sources {
   std::vector<int> begin, end;  ///< per node, into `inner`; equal where there are none
@@ -91,11 +110,9 @@ void visit_neighbours(const Mesh& mesh, const NodeCells& around, int node, Visit
     for (int c = 0; c < corners; ++c) visit(mesh.cells[cell][c]);
 }
 
-Sources find_sources(const Discretization& d, const NodeCells& around) {
+Sources find_sources(const Discretization& d, const NodeCells& around, const std::vector<std::uint8_t>& inner) {
   const int node_count = d.mesh.node_count();
   Sources sources{std::vector<int>(node_count, 0), std::vector<int>(node_count, 0), {}};
-  std::vector<std::uint8_t> inner(node_count);
-  for (int node = 0; node < node_count; ++node) inner[node] = is_inner(d, node);
   std::vector<int> last_user(node_count, -1);  // per inner node
   const auto add_beside = [&](int node, int user) {
     visit_neighbours(d.mesh, around, node, [&](int other) {
@@ -131,6 +148,9 @@ Sources find_sources(const Discretization& d, const NodeCells& around) {
 /// evaluated: the cells of a regular patch reach to 2, one more layer of such cells to 4. A patch of small cells says
 /// nothing about the far side of a large one.
 constexpr double farthest_evaluation = 4.0;
+/// Behind a layer of cells that are mostly empty that bound is where the nodes are: a tie, which round-off must not
+/// decide.
+constexpr double farthest_evaluation_behind_cut = farthest_evaluation * (1.0 + 0x1p-20);
 
 /// Largest condition of a trilinear fit that is evaluated away from its node; past it the linear fit is.
 constexpr double largest_extrapolated_condition = 100.0;
@@ -168,7 +188,8 @@ VoigtColumns recover_stress_spr(const Discretization& d, const CellStresses& str
   const Mesh& mesh = d.mesh;
   const NodeCells around = cells_around_nodes(mesh);
   const Eigen::Matrix3Xd centres = cell_centres(mesh);
-  const Sources sources = find_sources(d, around);
+  const std::vector<std::uint8_t> inner = find_inner_nodes(d, around);
+  const Sources sources = find_sources(d, around, inner);
 
   // Only polynomials that other nodes evaluate are kept.
   std::vector<int> kept_as(mesh.node_count(), -1);
@@ -176,9 +197,11 @@ VoigtColumns recover_stress_spr(const Discretization& d, const CellStresses& str
   for (const int node : sources.inner)
     if (kept_as[node] < 0) kept_as[node] = kept_count++;
   std::vector<PatchPolynomial> kept(kept_count);
+  const double farthest = mesh.fraction.empty() ? farthest_evaluation : farthest_evaluation_behind_cut;
   VoigtColumns nodal(6, mesh.node_count());
+  std::vector<int> buffer;
   for (int node = 0; node < mesh.node_count(); ++node) {
-    if (!is_inner(d, node)) continue;
+    if (!inner[node]) continue;
     const auto cells = cells_at(around, node);
     PatchPolynomial p = fit_inner_node(mesh, cells, node, centres, stresses.centre);
     nodal.col(node) = p(mesh.nodes.col(node));
@@ -188,19 +211,19 @@ VoigtColumns recover_stress_spr(const Discretization& d, const CellStresses& str
     kept[kept_as[node]] = p;
   }
   for (int node = 0; node < mesh.node_count(); ++node) {
-    if (d.hanging.hangs(node) || !mesh.on_boundary[node]) continue;
+    if (d.hanging.hangs(node) || inner[node]) continue;
     const Eigen::Vector3d X = mesh.nodes.col(node);
     Voigt sum = Voigt::Zero();
     int count = 0;
     for (int k = sources.begin[node]; k < sources.end[node]; ++k) {
       const PatchPolynomial& p = kept[kept_as[sources.inner[k]]];
-      if (k >= sources.beside && !(p.distance(X) <= farthest_evaluation)) continue;
+      if (k >= sources.beside && !(p.distance(X) <= farthest)) continue;
       sum += p(X);
       ++count;
     }
     nodal.col(node) = count > 0 ? Voigt(sum / static_cast<double>(count))
-                                : fit_patch(cells_at(around, node), centres, stresses.centre,
-                                            Eigen::Matrix3d::Identity(), PatchBasis::linear)(X);
+                                : fit_patch(sampled_cells(mesh, cells_at(around, node), buffer), centres,
+                                            stresses.centre, Eigen::Matrix3d::Identity(), PatchBasis::linear)(X);
   }
   const HangingNodes& T = d.hanging;
   for (int node = 0; node < mesh.node_count(); ++node) {

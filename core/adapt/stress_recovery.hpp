@@ -16,6 +16,11 @@ struct CellStresses {
 };
 CellStresses cell_stresses(const Discretization& d, const Eigen::Matrix3Xd& u);
 
+/// Share of material from which the stress at a cell's centre counts as a sample in the recovery: with less the centre
+/// mostly lies outside the body, where the stress is what the extended shape functions make of it and superconverges to
+/// nothing.
+inline constexpr double least_sampled_share = 0.5;
+
 /// Nodal stresses by superconvergent patch recovery (Zienkiewicz & Zhu 1992), global frame [Pa], 6 × n_nodes.
 ///
 /// - A node inside the body that does not hang: the least-squares polynomial through the stresses at the centres of the
@@ -27,6 +32,9 @@ CellStresses cell_stresses(const Discretization& d, const Eigen::Matrix3Xd& u);
 ///   where that determines it, else the mean of its cells. Where an eight-term polynomial is poorly determined
 ///   (condition above 100: uneven refinement around its node) boundary nodes are given the linear one of that patch.
 /// - A node that hangs: interpolated from its masters.
+///
+/// In an immersed body a node with a cell of less than `least_sampled_share` around it is treated as a node on the
+/// boundary, and where its own patch decides, such cells are left out as long as others remain.
 Eigen::Matrix<double, 6, Eigen::Dynamic> recover_stress_spr(const Discretization& d, const CellStresses& stresses);
 
 }  // namespace finegauge

@@ -14,9 +14,9 @@ namespace finegauge {
 constexpr int quadrature_count(CellShape shape) { return shape == CellShape::hexahedron ? 8 : 1; }
 Eigen::Vector3d quadrature_point(CellShape shape, int q);
 
-using Gradients = Eigen::Matrix<double, 3, max_corners>;         ///< column a: gradient of N_a by X [1/m]
-using CellMatrix = Eigen::Matrix<double, 24, 24>;                ///< 3 × 3 blocks by corners; tetrahedra use 12 × 12
-using CellVectors = Eigen::Matrix<double, 3, max_corners>;       ///< a vector per corner; unused columns are zero
+using Gradients = Eigen::Matrix<double, 3, max_corners>;    ///< column a: gradient of N_a by X [1/m]
+using CellMatrix = Eigen::Matrix<double, 24, 24>;           ///< 3 × 3 blocks by corners; tetrahedra use 12 × 12
+using CellVectors = Eigen::Matrix<double, 3, max_corners>;  ///< a vector per corner; unused columns are zero
 
 /// All that a cell's mechanics needs of its rest shape.
 struct CellGeometry {
@@ -42,11 +42,17 @@ class RestShapes {
     CellGeometry geometry;
     CellMatrix stiffness;
   };
+  /// A cell as it is: its geometry, and its stiffness times the cell's stiffness_share (mesh.hpp). Here the share
+  /// enters all stiffnesses, forces and energies, and nowhere else.
+  struct CellView {
+    const CellGeometry& geometry;
+    const CellMatrix& stiffness;
+  };
   RestShapes() = default;
   RestShapes(const Mesh& mesh, const Material& material);
 
-  /// The entry of a cell: shared, or computed into `scratch`.
-  const Entry& entry(const Mesh& mesh, int cell, Entry& scratch) const;
+  /// Shared, or computed into `scratch`; the view lasts until `scratch` is used again.
+  CellView entry(const Mesh& mesh, int cell, Entry& scratch) const;
   /// Geometry alone, for stages that need no stiffness.
   const CellGeometry& geometry(const Mesh& mesh, int cell, CellGeometry& scratch) const;
   const Material& material() const { return material_; }

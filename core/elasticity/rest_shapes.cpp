@@ -91,11 +91,18 @@ RestShapes::RestShapes(const Mesh& mesh, const Material& material) : material_(m
   }
 }
 
-const RestShapes::Entry& RestShapes::entry(const Mesh& mesh, int cell, Entry& scratch) const {
-  if (shared_of_[cell] >= 0) return shared_[shared_of_[cell]];
+RestShapes::CellView RestShapes::entry(const Mesh& mesh, int cell, Entry& scratch) const {
+  const double share = stiffness_share(mesh, cell);
+  if (shared_of_[cell] >= 0) {
+    const Entry& shared = shared_[shared_of_[cell]];
+    if (share == 1.0) return {shared.geometry, shared.stiffness};
+    scratch.stiffness = share * shared.stiffness;
+    return {shared.geometry, scratch.stiffness};
+  }
   scratch.geometry = cell_geometry(mesh.shape, corner_values(mesh, cell, mesh.nodes));
   scratch.stiffness = cell_stiffness(mesh.shape, scratch.geometry, material_);
-  return scratch;
+  if (share != 1.0) scratch.stiffness *= share;
+  return {scratch.geometry, scratch.stiffness};
 }
 
 const CellGeometry& RestShapes::geometry(const Mesh& mesh, int cell, CellGeometry& scratch) const {

@@ -89,6 +89,7 @@ MeshHierarchy build_hierarchy(const RefinementForest& forest, const Discretizati
     const bool last = height + 1 == static_cast<int>(counts.size());
     if (counts[height] > options.reduction * cells && !last) continue;
     hierarchy.coarse.push_back(discretize(forest, forest.leaf_mesh(height, heights), fine.shapes.material(), supports));
+    hierarchy.coarse.back().springs = springs_on(fine.springs, hierarchy.coarse.back().mesh);
     reduced = hierarchy.coarse.back().hanging.reduced_count();
     cells = counts[height];
   }

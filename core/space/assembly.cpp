@@ -9,14 +9,15 @@
 namespace finegauge {
 namespace {
 
-/// A cell's stiffness in the global frame: blocks R K_ab Rᵀ, or K itself without rotations.
+/// A cell's stiffness in the global frame: blocks R K_ab Rᵀ, or K itself without rotations; and its springs', which do
+/// not turn with the cell.
 class CurrentStiffness {
  public:
   CurrentStiffness(const Discretization& d, const Eigen::Matrix3Xd& u) : d_(d), u_(u) {}
 
   const CellMatrix& of(int cell) {
-    const RestShapes::Entry& entry = d_.shapes.entry(d_.mesh, cell, scratch_);
-    if (d_.shapes.material().kinematics == Kinematics::linear) return entry.stiffness;
+    const RestShapes::CellView entry = d_.shapes.entry(d_.mesh, cell, scratch_);
+    if (d_.shapes.material().kinematics == Kinematics::linear) return with_springs(cell, entry.stiffness);
     const CellVectors x = corner_values(d_.mesh, cell, d_.mesh.nodes) + corner_values(d_.mesh, cell, u_);
     const Eigen::Matrix3d R = cell_rotation(entry.geometry, d_.shapes.material(), x);
     const int corners = corner_count(d_.mesh.shape);
@@ -24,14 +25,25 @@ class CurrentStiffness {
       for (int a = 0; a < corners; ++a)
         turned_.block<3, 3>(3 * a, 3 * b).noalias() =
             R * entry.stiffness.block<3, 3>(3 * a, 3 * b).eval() * R.transpose();
-    return turned_;
+    return with_springs(cell, turned_);
   }
 
  private:
+  const CellMatrix& with_springs(int cell, const CellMatrix& tissue) {
+    const SpringMatrix* springs = d_.springs.matrix_of(cell);
+    if (!springs) return tissue;
+    sprung_ = tissue;
+    for (int b = 0; b < max_corners; ++b)
+      for (int a = 0; a < max_corners; ++a)
+        for (int k = 0; k < 3; ++k) sprung_(3 * a + k, 3 * b + k) += (*springs)(a, b);
+    return sprung_;
+  }
+
   const Discretization& d_;
   const Eigen::Matrix3Xd& u_;
   RestShapes::Entry scratch_;
   CellMatrix turned_ = CellMatrix::Zero();
+  CellMatrix sprung_;
 };
 
 /// Adds the block (a, b) of a cell's matrix to a stored block.
@@ -131,13 +143,14 @@ Eigen::Matrix3Xd internal_forces(const Discretization& d, const Eigen::Matrix3Xd
   Eigen::Matrix3Xd forces = Eigen::Matrix3Xd::Zero(3, d.mesh.node_count());
   RestShapes::Entry scratch;
   for (int cell = 0; cell < d.mesh.cell_count(); ++cell) {
-    const RestShapes::Entry& entry = d.shapes.entry(d.mesh, cell, scratch);
+    const RestShapes::CellView entry = d.shapes.entry(d.mesh, cell, scratch);
     const CellVectors X = corner_values(d.mesh, cell, d.mesh.nodes);
     const CellVectors x = X + corner_values(d.mesh, cell, u);
     const Eigen::Matrix3d R = cell_rotation(entry.geometry, d.shapes.material(), x);
     const CellVectors f = cell_force(entry.stiffness, R, X, x);
     for (int c = 0; c < corner_count(d.mesh.shape); ++c) forces.col(d.mesh.cells[cell][c]) += f.col(c);
   }
+  add_spring_forces(d.springs, d.mesh, u, forces);
   return forces;
 }
 
@@ -145,7 +158,7 @@ double strain_energy_product(const Discretization& d, const Eigen::Matrix3Xd& u)
   double product = 0.0;
   RestShapes::Entry scratch;
   for (int cell = 0; cell < d.mesh.cell_count(); ++cell) {
-    const RestShapes::Entry& entry = d.shapes.entry(d.mesh, cell, scratch);
+    const RestShapes::CellView entry = d.shapes.entry(d.mesh, cell, scratch);
     const CellVectors X = corner_values(d.mesh, cell, d.mesh.nodes);
     const CellVectors x = X + corner_values(d.mesh, cell, u);
     const Eigen::Matrix3d R = cell_rotation(entry.geometry, d.shapes.material(), x);

@@ -86,7 +86,7 @@ Discretization discretize(const RefinementForest& forest, const Material& materi
 }
 
 Discretization discretize(const RefinementForest& forest, Mesh mesh, const Material& material,
-                          const std::vector<SupportCondition>& supports) {
+                          const std::vector<SupportCondition>& supports, const std::vector<SpringSupport>& springs) {
   Discretization d;
   d.mesh = std::move(mesh);
   d.hanging = find_hanging_nodes(forest, d.mesh);
@@ -94,6 +94,7 @@ Discretization discretize(const RefinementForest& forest, Mesh mesh, const Mater
   d.shapes = RestShapes(d.mesh, material);
   find_cell_nodes(d.mesh, d.hanging, d.scatter);
   build_pattern(d.hanging.reduced_count(), d.scatter, d.pattern);
+  d.springs = find_springs(forest.base(), d.mesh, springs);
   return d;
 }
 

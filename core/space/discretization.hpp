@@ -8,6 +8,7 @@
 #include "core/mesh/mesh.hpp"
 #include "core/mesh/refinement_forest.hpp"
 #include "core/space/block_matrix.hpp"
+#include "core/space/springs.hpp"
 #include "core/space/supports.hpp"
 
 namespace finegauge {
@@ -22,8 +23,8 @@ struct CellScatter {
   std::vector<int> regular, hanging;    ///< cells without and with a hanging corner, ascending
 };
 
-/// All that follows from a mesh, a material and the supports, and from nothing else. Built as one value and replaced
-/// whole when the forest changes.
+/// All that follows from a mesh, a material, the supports and the springs, and from nothing else. Built as one value
+/// and replaced whole when the forest changes.
 struct Discretization {
   Mesh mesh;
   HangingNodes hanging;  ///< T
@@ -31,6 +32,7 @@ struct Discretization {
   RestShapes shapes;
   BlockPattern pattern;  ///< of the reduced matrix
   CellScatter scatter;
+  Springs springs;  ///< empty where there are none
 
   int dof_count() const { return 3 * hanging.reduced_count(); }  ///< the paper's count: prescribed ones included
 };
@@ -38,7 +40,8 @@ Discretization discretize(const RefinementForest& forest, const Material& materi
                           const std::vector<SupportCondition>& supports, int height = 0);
 /// Of a `forest.leaf_mesh(...)` of the forest as it is now.
 Discretization discretize(const RefinementForest& forest, Mesh mesh, const Material& material,
-                          const std::vector<SupportCondition>& supports);
+                          const std::vector<SupportCondition>& supports,
+                          const std::vector<SpringSupport>& springs = {});
 
 /// u = T u_m and its adjoint; reduced vectors have 3 × reduced nodes, nodal ones are 3 × nodes.
 Eigen::Matrix3Xd expand(const HangingNodes& hanging, const Eigen::VectorXd& reduced);

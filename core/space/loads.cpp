@@ -131,7 +131,10 @@ std::vector<VolumePoint> volume_points(CellShape shape, int points_per_axis) {
 void add_body_force(const Mesh& mesh, const BodyForce& body, int points_per_axis, Eigen::Matrix3Xd& forces) {
   const std::vector<VolumePoint> points = volume_points(mesh.shape, points_per_axis);
   const int count = corner_count(mesh.shape);
-  for (const auto& cell : mesh.cells) {
+  for (int number = 0; number < mesh.cell_count(); ++number) {
+    const auto& cell = mesh.cells[number];
+    const double share = material_share(mesh, number);
+    if (share == 0.0) continue;
     for (const VolumePoint& point : points) {
       Eigen::Matrix3d J = Eigen::Matrix3d::Zero();
       Eigen::Vector3d X = Eigen::Vector3d::Zero();
@@ -139,7 +142,7 @@ void add_body_force(const Mesh& mesh, const BodyForce& body, int points_per_axis
         X += point.N[c] * mesh.nodes.col(cell[c]);
         J += (mesh.nodes.col(cell[c]) - mesh.nodes.col(cell[0])) * point.dN.col(c).transpose();
       }
-      const double dV = point.weight * std::abs(J.col(0).dot(J.col(1).cross(J.col(2))));
+      const double dV = share * point.weight * std::abs(J.col(0).dot(J.col(1).cross(J.col(2))));
       const Eigen::Vector3d force = dV * body(X);
       for (int c = 0; c < count; ++c) forces.col(cell[c]) += point.N[c] * force;
     }

@@ -7,14 +7,16 @@
 namespace finegauge {
 namespace {
 
-/// ∫ N_c dV [m³] of a cell's corners. Exact for hexahedra too: along each axis N_c det J is a cubic.
+/// ∫ N_c dV [m³] of a cell's corners, times its share of material. Exact for hexahedra too: along each axis N_c det J
+/// is a cubic.
 std::array<double, max_corners> corner_volumes(const Discretization& d, int cell, CellGeometry& scratch) {
   const CellShape shape = d.mesh.shape;
   const CellGeometry& geometry = d.shapes.geometry(d.mesh, cell, scratch);
   std::array<double, max_corners> volumes{};
+  const double share = material_share(d.mesh, cell);
   for (int q = 0; q < quadrature_count(shape); ++q) {
     const std::array<double, max_corners> N = shape_functions(shape, quadrature_point(shape, q));
-    for (int c = 0; c < corner_count(shape); ++c) volumes[c] += geometry.weights[q] * N[c];
+    for (int c = 0; c < corner_count(shape); ++c) volumes[c] += share * geometry.weights[q] * N[c];
   }
   return volumes;
 }
@@ -30,7 +32,7 @@ void add_row_sums(const Discretization& d, int cell, CellGeometry& scratch, cons
   }
 }
 
-/// add(i, share of the cell's volume [m³]) in proportion to ∫ φ_i² over the cell.
+/// add(i, part of the cell's volume of material [m³]) in proportion to ∫ φ_i² over the cell.
 template <class Add>
 void add_scaled_diagonal(const Discretization& d, int cell, CellGeometry& scratch, const Add& add) {
   const CellShape shape = d.mesh.shape;
@@ -64,7 +66,8 @@ void add_scaled_diagonal(const Discretization& d, int cell, CellGeometry& scratc
     }
     total += integral;
   }
-  for (int k = begin; k < end; ++k) add(d.scatter.nodes[k], geometry.volume * (square[k - begin] / total));
+  const double material = material_share(d.mesh, cell) * geometry.volume;
+  for (int k = begin; k < end; ++k) add(d.scatter.nodes[k], material * (square[k - begin] / total));
 }
 
 struct Lumping {
@@ -77,7 +80,7 @@ Lumping lump(const Discretization& d) {
   std::vector<char> scaled(d.mesh.cell_count(), 0);
   CellGeometry scratch;
   // A scaled cell no longer makes up for what another one takes from a node, so there may be a second round; each
-  // scales at least one cell more, and when all are scaled every mass is positive.
+  // scales at least one cell more, and when all are scaled no mass is negative.
   for (bool again = true; again;) {
     again = false;
     lumping.volume = Eigen::VectorXd::Zero(d.hanging.reduced_count());

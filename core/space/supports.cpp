@@ -7,6 +7,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "core/mesh/region.hpp"
+
 namespace finegauge {
 
 namespace {
@@ -56,12 +58,16 @@ void hold_component(Held& held, const Eigen::Vector3d& n, int motion, double val
   if (++held.directions == 3) held.projector.setIdentity();
 }
 
-std::vector<int> surface_nodes(const BaseMesh& base, const Mesh& mesh, const std::string& surface) {
-  const auto found = base.surfaces.find(surface);
+/// Nodes of a surface or a region of the base mesh, ascending.
+std::vector<int> supported_nodes(const BaseMesh& base, const Mesh& mesh, const std::string& name) {
+  if (const auto region = base.regions.find(name); region != base.regions.end())
+    return region_nodes(base, mesh, region->second);
+  const auto found = base.surfaces.find(name);
   if (found == base.surfaces.end()) {
     std::string known;
-    for (const auto& [name, faces] : base.surfaces) known += (known.empty() ? "" : ", ") + name;
-    throw std::invalid_argument("support on surface '" + surface + "', but the mesh has " +
+    for (const auto& [other, faces] : base.surfaces) known += (known.empty() ? "" : ", ") + other;
+    for (const auto& [other, nodes] : base.regions) known += (known.empty() ? "" : ", ") + other;
+    throw std::invalid_argument("support on surface '" + name + "', but the mesh has " +
                                 (known.empty() ? "no surfaces" : "only " + known));
   }
   std::vector<int> nodes;
@@ -182,8 +188,8 @@ Supports find_supports(const BaseMesh& base, const Mesh& mesh, const HangingNode
                                     "': its normal must be finite and not zero");
       normal = (*condition.normal / largest).normalized();
     }
-    for (const int node : surface_nodes(base, mesh, condition.surface)) {
-      // A hanging node follows its masters, which lie on the surface too.
+    for (const int node : supported_nodes(base, mesh, condition.surface)) {
+      // A hanging node follows its masters, which lie on the surface or in the region too.
       if (hanging.hangs(node)) continue;
       int& at = slot[hanging.reduced_of[node]];
       if (at < 0) {

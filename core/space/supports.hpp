@@ -12,10 +12,14 @@
 
 namespace finegauge {
 
-/// A prescribed displacement on a named surface: all of it (`normal` empty: clamped) or its component along `normal`,
-/// any direction, not only the axes.
+/// A prescribed displacement on a named surface or in a named region: all of it (`normal` empty: clamped) or its
+/// component along `normal`, any direction, not only the axes.
+///
+/// A region holds the part of the body over base nodes that are all in it (region.hpp, region_nodes), the same for
+/// every refinement. Where the displacement is affine, or any field that the base cells can represent, refining and
+/// coarsening there keeps the prescribed field exactly.
 struct SupportCondition {
-  std::string surface;                                                  ///< a key of BaseMesh::surfaces
+  std::string surface;                                                  ///< a key of BaseMesh::surfaces or ::regions
   std::optional<Eigen::Vector3d> normal;                                ///< direction held; need not have length one
   std::function<Eigen::Vector3d(const Eigen::Vector3d&)> displacement;  ///< of the rest position [m]; none: zero
   std::function<double(double)> course = {};  ///< factor of the displacement over time [s]; none: one, at all times
@@ -44,8 +48,8 @@ struct Supports {
 
 /// Directions prescribed twice at one node are merged; where they contradict each other the first condition wins in
 /// the directions that it holds. Merging is linear in the prescribed values and takes directions from the normals
-/// alone, so that what moves can be told apart once and for all times. Throws std::invalid_argument when a surface does
-/// not exist.
+/// alone, so that what moves can be told apart once and for all times. Throws std::invalid_argument when a surface or
+/// region does not exist.
 Supports find_supports(const BaseMesh& base, const Mesh& mesh, const HangingNodes& hanging,
                        const std::vector<SupportCondition>& conditions);
 

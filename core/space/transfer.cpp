@@ -1,6 +1,9 @@
 #include "core/space/transfer.hpp"
 
+#include <cassert>
+
 #include "core/mesh/nested_meshes.hpp"
+#include "core/space/nested_nodes.hpp"
 
 namespace finegauge {
 
@@ -29,6 +32,16 @@ Eigen::Matrix3Xd transfer(const Mesh& from, const Eigen::Matrix3Xd& nodal, const
         if (N[a] != 0.0) value += N[a] * nodal.col(from.cells[old_cell][a]);
     }
   });
+  return result;
+}
+
+Eigen::MatrixXd transfer_forces(const Discretization& from, const Eigen::MatrixXd& forces, const Discretization& to) {
+  assert(forces.rows() == from.dof_count());
+  const std::vector<OldNode> old = find_old_nodes(from.mesh, to.mesh);
+  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(to.dof_count(), forces.cols());
+  for (int f = 0; f < from.hanging.reduced_count(); ++f)
+    visit_row(to, old[from.hanging.node_of[f]],
+              [&](int i, double weight) { result.middleRows<3>(3 * i) += weight * forces.middleRows<3>(3 * f); });
   return result;
 }
 

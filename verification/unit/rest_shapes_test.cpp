@@ -22,7 +22,7 @@ double entry_error(const Mesh& mesh, const RestShapes& shapes) {
     const CellGeometry geometry = cell_geometry(mesh.shape, corner_values(mesh, cell, mesh.nodes));
     const CellMatrix K = cell_stiffness(mesh.shape, geometry, shapes.material());
     RestShapes::Entry scratch;
-    const RestShapes::Entry& entry = shapes.entry(mesh, cell, scratch);
+    const RestShapes::CellView entry = shapes.entry(mesh, cell, scratch);
     CellGeometry geometry_scratch;
     const CellGeometry& alone = shapes.geometry(mesh, cell, geometry_scratch);
     error = std::max(error, (entry.stiffness - K).norm() / K.norm());
