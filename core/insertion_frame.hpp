@@ -25,11 +25,12 @@ struct Insertion {
   NeedleState needle;
   NeedleSystem needle_system;  ///< buffers
   NeedleContacts contacts;
+  std::vector<SpreadPoint> places;           ///< buffer
   Eigen::Vector3d axis;                      ///< unit, from base to tip at rest
   std::optional<double> first_touch_travel;  ///< of the tip along the axis when it first pressed on the tissue [m]
   EnergyLedger energy;
 };
-/// Throws std::invalid_argument when the needle's tip or base starts inside the body.
+/// Throws std::invalid_argument when the needle starts in the body, on its surface, or across it between two nodes.
 Insertion start_insertion(RefinementForest forest, const InsertionProblem& problem);
 
 struct InsertionReport {

@@ -15,6 +15,7 @@ Tissue start_tissue(RefinementForest forest, const MotionProblem& problem) {
           .state = {zero, zero},
           .estimate = {},
           .history = {},
+          .release = {},
           .system = {},
           .solver = StepSolver(problem.solver)};
 }
@@ -25,20 +26,24 @@ FrameReport begin_report(const Tissue& tissue) {
   report.dofs = tissue.mesh.d.dof_count();
   report.cells = tissue.mesh.d.mesh.cell_count();
   report.hanging_nodes = tissue.mesh.d.hanging.hanging_count();
+  report.releasing = static_cast<int>(tissue.release.frames_left.size());
   return report;
 }
 
 void add_tissue_work(const MotionProblem& problem, const Tissue& tissue, const TissueState& before,
                      const Eigen::VectorXd& constraint_impulse, EnergyLedger& energy) {
+  const double tau = problem.time_step, start = (tissue.frame - 1) * tau;
   const TissueWork work =
-      tissue_work(tissue.mesh, problem.tissue, before, tissue.state, constraint_impulse, problem.time_step);
-  energy.work += work.loads + work.supports;
+      tissue_work(tissue.mesh, problem.tissue, before, tissue.state, constraint_impulse, tau, start);
+  energy.work += work.loads + work.supports + work.springs;
+  energy.release += released_work(tissue.release, tissue.mesh, tissue.state.v, tau);
   energy.dissipated += work.damping + work.numerical;
 }
 
 void close(EnergyLedger& energy) { energy.closure = energy.kinetic + energy.elastic - energy.work + energy.dissipated; }
 
 FrameReport advance_frame(const MotionProblem& problem, Tissue& tissue, EnergyLedger& energy) {
+  fade(tissue.release, tissue.mesh);
   FrameReport report = begin_report(tissue);
   Stopwatch watch;
   const TissueState before = tissue.state;
@@ -60,12 +65,15 @@ FrameReport advance_frame(const MotionProblem& problem, Tissue& tissue, EnergyLe
   ++tissue.frame;
   tissue.time = tissue.frame * tau;
   report.time = tissue.time;
-  add_tissue_work(problem, tissue, before, {}, energy);
+  const Eigen::VectorXd no_impulse;
+  add_tissue_work(problem, tissue, before, no_impulse, energy);
   report.times.update_ms += watch.lap();
 
-  follow_solution(problem, tissue, energy, report);
+  EndedStep ended{before.v, no_impulse};
+  ended.time = (tissue.frame - 1) * tau;
+  follow_solution(problem, ended, tissue, energy, report);
   watch.lap();
-  const TissueEnergy stored = tissue_energy(tissue.mesh, tissue.state);
+  const TissueEnergy stored = tissue_energy(tissue.mesh, tissue.state, tissue.time);
   energy.kinetic = stored.kinetic;
   energy.elastic = stored.elastic;
   close(energy);
@@ -74,7 +82,9 @@ FrameReport advance_frame(const MotionProblem& problem, Tissue& tissue, EnergyLe
   return report;
 }
 
-void follow_solution(const MotionProblem& problem, Tissue& tissue, EnergyLedger& energy, FrameReport& report) {
+void follow_solution(const MotionProblem& problem, const EndedStep& step, Tissue& tissue, EnergyLedger& energy,
+                     FrameReport& report) {
+  if (step.forces_jump) end_release(tissue.release, tissue.mesh);
   if (!problem.estimate_error && !problem.adapt) return;
   Stopwatch watch;
   tissue.estimate = estimate_error_spr(tissue.mesh.d, tissue.state.u);
@@ -87,21 +97,28 @@ void follow_solution(const MotionProblem& problem, Tissue& tissue, EnergyLedger&
   const double energy_now = estimate.energy_norm * estimate.energy_norm;
   tissue.largest_energy = std::max(tissue.largest_energy, energy_now);
   rules.energy_floor = std::max(rules.energy_floor, energy_at_rest * tissue.largest_energy);
-  report.tolerance_met = (rules.tolerance > 0.0 || rules.local_tolerance > 0.0) &&
-                         (!(rules.tolerance > 0.0) || *report.eta <= rules.tolerance) &&
-                         (!(rules.local_tolerance > 0.0) || *report.eta_local_max <= rules.local_tolerance);
+  report.at_rest = energy_now < rules.energy_floor;
+  report.tolerance_ratio = tolerance_ratio(estimate, rules);
+  report.tolerance_met = asks_for_tolerance(rules) && report.tolerance_ratio <= 1.0;
   const Eigen::VectorXd von_mises = cell_von_mises(tissue.mesh.d, tissue.state.u);
   const FrameMarks marks = mark_frame(tissue.forest, tissue.mesh.d.mesh, estimate, von_mises, tissue.frame,
                                       tissue.mesh.d.dof_count(), rules, tissue.history);
+  report.limit = marks.limit;
   report.times.mark_ms += watch.lap();
   if (marks.empty()) return;
+  const int toggles = tissue.history.toggles;
   const FrameChange change = adapt_forest(tissue.mesh.d.mesh, marks, tissue.frame, tissue.forest, tissue.history);
   report.refined = change.refined;
   report.coarsened = change.coarsened;
+  report.toggles = tissue.history.toggles - toggles;
   TissueMesh mesh = build_tissue_mesh(tissue.forest, problem.tissue);
   report.times.topology_ms += watch.lap();
   TransferLedger ledger;
-  tissue.state = transfer_state(tissue.mesh, tissue.state, mesh, &ledger);
+  TissueState state = transfer_state(tissue.mesh, tissue.state, mesh, &ledger, tissue.time);
+  if (rules.release > 1 && !step.forces_jump)
+    release_change(problem.tissue, tissue.mesh, tissue.state, state, step, problem.time_step, rules.release, mesh,
+                   tissue.release);
+  tissue.state = std::move(state);
   energy.dissipated -= ledger.elastic_change + ledger.kinetic_change;
   tissue.mesh = std::move(mesh);
   tissue.mesh_changed = true;
@@ -111,6 +128,9 @@ void follow_solution(const MotionProblem& problem, Tissue& tissue, EnergyLedger&
 std::vector<double> state_values(const Tissue& tissue) {
   std::vector<double> values(tissue.state.u.data(), tissue.state.u.data() + tissue.state.u.size());
   values.insert(values.end(), tissue.state.v.data(), tissue.state.v.data() + tissue.state.v.size());
+  const MeshChangeRelease& release = tissue.release;
+  values.insert(values.end(), release.pending.data(), release.pending.data() + release.pending.size());
+  values.insert(values.end(), release.frames_left.begin(), release.frames_left.end());
   return values;
 }
 

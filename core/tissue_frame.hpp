@@ -6,6 +6,7 @@
 #include "core/adapt/error_estimate.hpp"
 #include "core/adapt/frame_adaptivity.hpp"
 #include "core/mesh/refinement_forest.hpp"
+#include "core/mesh_change_release.hpp"
 #include "core/solve/step_solver.hpp"
 #include "core/tissue_step.hpp"
 
@@ -28,7 +29,8 @@ struct Tissue {
   TissueState state;
   ErrorEstimate estimate;  ///< of the last frame, on the mesh that it was solved on
   FrameAdaptHistory history;
-  TissueSystem system;  ///< buffers
+  MeshChangeRelease release;  ///< of changes of the mesh that are still spread over frames
+  TissueSystem system;        ///< buffers
   StepSolver solver;
   double largest_energy = 0.0;  ///< ∫ ε:σ so far [J]
   bool mesh_changed = true;     ///< since the solver last saw a matrix
@@ -55,7 +57,8 @@ struct FrameTimes {
 /// Energies since the start [J]: kinetic + elastic = work - dissipated + closure.
 struct EnergyLedger {
   double kinetic = 0.0, elastic = 0.0;
-  double work = 0.0;        ///< by loads, gravity, moving supports and the needle's base
+  double work = 0.0;        ///< by loads, gravity, moving supports, the needle's base, and `release`
+  double release = 0.0;     ///< the part of `work` by the loads that spread changes of the mesh over frames
   double dissipated = 0.0;  ///< by damping, friction, cutting, the time integration, and lost in coarsening
   double closure = 0.0;     ///< what the balance leaves over: zero for linear problems, but for round-off
 };
@@ -71,8 +74,13 @@ struct FrameReport {
   double equilibrium_error = 0.0;              ///< what one linear solve leaves of the implicit step
   int solver_iterations = 0, uzawa_iterations = 0, newton_iterations = 0;
   std::optional<double> eta, eta_local_max;
-  bool tolerance_met = false;
+  bool at_rest = false;                 ///< less energy than the floor: no tolerance is asked
+  bool tolerance_met = false;           ///< each that is asked
+  double tolerance_ratio = 0.0;         ///< adapt/frame_adaptivity.hpp: above 1 it is missed, by this factor
+  AdaptLimit limit = AdaptLimit::none;  ///< of a frame that is marked: why no more cells are refined
   int refined = 0, coarsened = 0;
+  int toggles = 0;    ///< of `refined` and `coarsened`: changes taken back within FrameAdaptHistory::toggle_window
+  int releasing = 0;  ///< changes of the mesh whose loads acted in the frame
   EnergyLedger energy;
   FrameTimes times;
 };
@@ -89,14 +97,17 @@ void add_tissue_work(const MotionProblem& problem, const Tissue& tissue, const T
 void close(EnergyLedger& energy);
 
 /// Share of the largest energy so far below which a body counts as at rest, beside FrameAdaptRules::energy_floor: η is
-/// a ratio, and what is left of a motion that decays has an error of its own size.
+/// a ratio, and what is left of a motion that decays has an error of its own size. After an exit the energy falls by a
+/// decade or two in each frame: 1e-5 or 1e-11 move the last coarsening by two frames, and change nothing before it.
 inline constexpr double energy_at_rest = 1e-8;
 
 /// The second half of every frame, with a needle or without: estimate, mark, adapt, transfer. Fills the report's fields
-/// of these stages and adds to the ledger what coarsening loses.
-void follow_solution(const MotionProblem& problem, Tissue& tissue, EnergyLedger& energy, FrameReport& report);
+/// of these stages and adds to the ledger what coarsening loses. `step` is the one that led to the present state.
+void follow_solution(const MotionProblem& problem, const EndedStep& step, Tissue& tissue, EnergyLedger& energy,
+                     FrameReport& report);
 
-/// All numbers that decide what happens next, in a fixed order, for state hashes: nodal u and v.
+/// All numbers that decide what happens next, in a fixed order, for state hashes: nodal u and v, loads that
+/// spread changes of the mesh.
 std::vector<double> state_values(const Tissue& tissue);
 
 }  // namespace finegauge

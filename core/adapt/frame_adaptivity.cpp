@@ -8,6 +8,8 @@
 
 #include "core/adapt/apply_refinements.hpp"
 #include "core/adapt/directional_marking.hpp"
+#include "core/adapt/marking_comparison.hpp"
+#include "core/adapt/tolerance_marking.hpp"
 
 namespace finegauge {
 
@@ -17,16 +19,6 @@ void check_range(const char* name, double value, bool inside, const char* range)
   if (!inside)
     throw std::invalid_argument(std::string(name) + ": found " + std::to_string(value) + ", allowed is " + range);
 }
-
-/// Two numbers closer than this share of themselves are a tie: far above what the root in η and its square lose, far
-/// below any error that means something.
-constexpr double tie = 0x1p-40;
-
-/// Whether a >= b for squares, and whether a <= b, ties included.
-bool at_least(double a, double b) { return a >= b * (1.0 - tie); }
-bool at_most(double a, double b) { return a <= b * (1.0 + tie); }
-
-double square(double x) { return x * x; }
 
 /// The largest η², refusing what would make comparisons false in silence.
 double largest_square(const Eigen::VectorXd& eta, const Eigen::VectorXd& von_mises) {
@@ -58,19 +50,6 @@ void set_entry(FrameAdaptHistory& history, int handle, double von_mises, int cha
 
 void clear_entry(FrameAdaptHistory& history, int handle) {
   set_entry(history, handle, -1.0, FrameAdaptHistory::long_ago, false);
-}
-
-bool tolerances_are_met(const ErrorEstimate& estimate, double largest, const FrameAdaptRules& rules) {
-  if (!(rules.tolerance > 0.0 || rules.local_tolerance > 0.0)) return false;
-  const double energy = square(estimate.energy_norm);
-  const auto met = [&](double error_squared, double tolerance) {
-    return !(tolerance > 0.0) || at_most(error_squared, square(tolerance) * energy);
-  };
-  return met(square(estimate.total), rules.tolerance) && met(largest, rules.local_tolerance);
-}
-
-bool divides_by_four(RefinementTemplate refinement) {
-  return std::count(refinement.divisions.begin(), refinement.divisions.end(), 4) > 0;
 }
 
 /// Cells whose error asks for a template, before stress and budget have their say; ascending.
@@ -147,16 +126,42 @@ bool family_may_go(const Mesh& mesh, const FrameErrors& errors, int first, int c
 std::vector<int> families_to_coarsen(const RefinementForest& forest, const Mesh& mesh, const FrameErrors& errors,
                                      int frame, const FrameAdaptRules& rules, const FrameAdaptHistory& history) {
   std::vector<int> coarsen;
-  for (int cell = 0; cell < mesh.cell_count(); ++cell) {
-    const int handle = mesh.forest_cell[cell], parent = forest.cell(handle).parent;
-    if (parent < 0 || handle != forest.cell(parent).first_child || !forest.can_coarsen(parent)) continue;
-    // The children of a cell follow one another in the mesh, as they do in the forest.
-    const int count = forest.cell(parent).refinement.child_count();
-    assert(mesh.forest_cell[cell + count - 1] == handle + count - 1);
-    if (family_may_go(mesh, errors, cell, count, frame, rules, history)) coarsen.push_back(parent);
-  }
+  visit_families(forest, mesh, [&](int parent, int first, int count) {
+    if (family_may_go(mesh, errors, first, count, frame, rules, history)) coarsen.push_back(parent);
+  });
   std::sort(coarsen.begin(), coarsen.end());
   return coarsen;
+}
+
+/// The paper's rule, and what a body at rest does under any.
+void mark_by_rate(const RefinementForest& forest, const Mesh& mesh, const FrameErrors& errors, int frame, int dofs,
+                  const FrameAdaptRules& rules, const FrameAdaptHistory& history, FrameMarks& marks) {
+  if (!errors.at_rest) {
+    marks.refine = wanted_refinements(mesh, errors.estimate, errors.largest, rules);
+    std::erase_if(marks.refine, [&](const Refinement& r) {
+      return errors.rises[r.cell] != 1 || !forest.can_refine(mesh.forest_cell[r.cell], r.refinement);
+    });
+    if (rules.max_dofs > 0) keep_within_budget(mesh, errors.estimate.eta, rules.max_dofs - dofs, marks.refine);
+  }
+  marks.coarsen = families_to_coarsen(forest, mesh, errors, frame, rules, history);
+}
+
+void mark_by_tolerance(const RefinementForest& forest, const Mesh& mesh, const ErrorEstimate& estimate, int frame,
+                       int dofs, const FrameAdaptRules& rules, const FrameAdaptHistory& history, FrameMarks& marks) {
+  const std::vector<RefinementCandidate> candidates = refinement_candidates(forest, mesh, estimate, rules);
+  const ToleranceLevels levels = tolerance_levels(estimate, candidates, rules);
+  marks.refine = refine_to_tolerance(estimate, levels, candidates, rules);
+  const std::size_t wanted = marks.refine.size();
+  if (rules.max_dofs > 0) keep_within_budget(mesh, estimate.eta, rules.max_dofs - dofs, marks.refine);
+  if (tolerance_ratio(estimate, rules) > 1.0) {
+    if (marks.refine.size() < wanted)
+      marks.limit = AdaptLimit::dofs;
+    else if (!levels.reachable || local_tolerance_is_out_of_reach(estimate, candidates, rules))
+      marks.limit = AdaptLimit::depth;
+  }
+  std::vector<std::uint8_t> marked(static_cast<std::size_t>(mesh.cell_count()), 0);
+  for (const Refinement& r : marks.refine) marked[r.cell] = 1;
+  marks.coarsen = coarsen_within_tolerance(forest, mesh, estimate, levels, marked, frame, rules, history);
 }
 
 void coarsen_family(int parent, int frame, RefinementForest& forest, FrameAdaptHistory& history) {
@@ -199,9 +204,13 @@ void check(const FrameAdaptRules& rules) {
               "0 <= coarsen_below <= refine_above");
   check_range("tolerance", rules.tolerance, not_negative(rules.tolerance), ">= 0");
   check_range("local_tolerance", rules.local_tolerance, not_negative(rules.local_tolerance), ">= 0");
+  check_range("refine_at", rules.refine_at, rules.refine_at > 0.0 && rules.refine_at <= 1.0, "0 < refine_at <= 1");
+  check_range("coarsen_at", rules.coarsen_at, rules.coarsen_at >= 0.0 && rules.coarsen_at < rules.refine_at,
+              "0 <= coarsen_at < refine_at");
   check_range("energy_floor", rules.energy_floor, not_negative(rules.energy_floor), ">= 0");
   check_range("dwell", rules.dwell, rules.dwell >= 0, ">= 0");
   check_range("every", rules.every, rules.every >= 1, ">= 1");
+  check_range("release", rules.release, rules.release >= 0, ">= 0");
   check_range("max_depth", rules.max_depth, rules.max_depth >= 0, ">= 0");
   check_range("max_dofs", rules.max_dofs, rules.max_dofs >= 0, ">= 0");
   for (const int n : rules.refinement.divisions)
@@ -209,6 +218,15 @@ void check(const FrameAdaptRules& rules) {
   check_range("refinement", rules.refinement.child_count(), rules.refinement.child_count() > 1, "two children or more");
   if (!rules.directional && divides_by_four(rules.refinement))
     check_range("max_depth", rules.max_depth, rules.max_depth != 1, "0, or >= 2 for a division by 4");
+}
+
+double tolerance_ratio(const ErrorEstimate& estimate, const FrameAdaptRules& rules) {
+  const auto ratio = [&](double error, double tolerance) {
+    if (!(tolerance > 0.0) || !(error > 0.0)) return 0.0;
+    return error / (tolerance * estimate.energy_norm);
+  };
+  const double largest = estimate.eta.size() > 0 ? estimate.eta.maxCoeff() : 0.0;
+  return std::max(ratio(estimate.total, rules.tolerance), ratio(largest, rules.local_tolerance));
 }
 
 Eigen::VectorXd cell_von_mises(const Discretization& d, const Eigen::Matrix3Xd& u) {
@@ -245,14 +263,10 @@ FrameMarks mark_frame(const RefinementForest& forest, const Mesh& mesh, const Er
   const FrameErrors errors{estimate, largest, rising_cells(mesh, von_mises, history),
                            square(estimate.energy_norm) < rules.energy_floor};
 
-  if (!errors.at_rest && !tolerances_are_met(estimate, largest, rules)) {
-    marks.refine = wanted_refinements(mesh, estimate, largest, rules);
-    std::erase_if(marks.refine, [&](const Refinement& r) {
-      return errors.rises[r.cell] != 1 || !forest.can_refine(mesh.forest_cell[r.cell], r.refinement);
-    });
-    if (rules.max_dofs > 0) keep_within_budget(mesh, estimate.eta, rules.max_dofs - dofs, marks.refine);
-  }
-  marks.coarsen = families_to_coarsen(forest, mesh, errors, frame, rules, history);
+  if (asks_for_tolerance(rules) && !errors.at_rest)
+    mark_by_tolerance(forest, mesh, estimate, frame, dofs, rules, history, marks);
+  else
+    mark_by_rate(forest, mesh, errors, frame, dofs, rules, history, marks);
   for (int cell = 0; cell < mesh.cell_count(); ++cell) history.von_mises[mesh.forest_cell[cell]] = von_mises[cell];
   return marks;
 }

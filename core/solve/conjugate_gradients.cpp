@@ -4,35 +4,39 @@
 
 namespace finegauge {
 
-SolveReport conjugate_gradients(const BlockMatrix<double>& A, const Eigen::VectorXd& b, const Preconditioner& M,
-                                const IterationLimits& limits, Eigen::VectorXd& x) {
+SolveReport conjugate_gradients(const ConjugateGradientParts& parts, const Eigen::VectorXd& b,
+                                const ConjugateGradientRules& rules, ConjugateGradientVectors& vectors,
+                                Eigen::VectorXd& x) {
+  auto& [r, z, p, Ap] = vectors;
   SolveReport report;
-  // Squares decide: in units scaled by powers of two they are the same numbers, exactly scaled.
-  const double target = limits.relative_residual * limits.relative_residual * b.squaredNorm();
-  if (b.squaredNorm() == 0.0) {
-    x.setZero(b.size());
-    report.converged = true;
-    return report;
-  }
-  Eigen::VectorXd Ap, z, p;
-  multiply(A, x, Ap);
-  Eigen::VectorXd r = b - Ap;
-  double residual = r.squaredNorm(), rz = 0.0;
-  // The recursive residual drifts from the true one by round-off; when it says "done" the true one decides, and the
-  // iteration starts afresh from there if it does not agree.
+  double residual = 0.0, rz = 0.0, last_checked = INFINITY;
+  bool checked = false;  // r is b - A x and not its recursion
+  const auto check = [&] {
+    parts.apply(x, Ap);
+    r = b - Ap;
+    residual = r.squaredNorm();
+    checked = true;
+  };
+  check();
   while (std::isfinite(residual)) {
-    if (residual <= target) {
-      multiply(A, x, Ap);
-      r = b - Ap;
-      residual = r.squaredNorm();
-      if (residual <= target) {
+    if (residual <= rules.squared_residual && (report.iterations >= rules.least_iterations || residual == 0.0)) {
+      if (!checked) check();
+      if (residual <= rules.squared_residual) {
         report.converged = true;
         break;
       }
+      if (residual > rules.stagnation * last_checked) break;
+      last_checked = residual;
       rz = 0.0;
     }
-    if (report.iterations >= limits.iterations) break;
-    M(r, z);
+    if (report.iterations >= rules.iterations) break;
+    const Renewal renewal = parts.renew ? parts.renew(report.iterations) : Renewal::none;
+    if (renewal == Renewal::failed) break;
+    if (renewal == Renewal::renewed) {
+      check();
+      rz = 0.0;
+    }
+    parts.precondition(r, z);
     const double rz_new = r.dot(z);
     if (!(rz_new > 0.0)) break;
     if (rz == 0.0)
@@ -40,17 +44,36 @@ SolveReport conjugate_gradients(const BlockMatrix<double>& A, const Eigen::Vecto
     else
       p = z + (rz_new / rz) * p;
     rz = rz_new;
-    multiply(A, p, Ap);
+    parts.apply(p, Ap);
     const double pAp = p.dot(Ap);
     if (!(pAp > 0.0)) break;
     const double alpha = rz / pAp;
+    if (!std::isfinite(alpha)) break;
     x += alpha * p;
     r -= alpha * Ap;
     residual = r.squaredNorm();
+    checked = false;
     ++report.iterations;
   }
-  multiply(A, x, Ap);
-  report.relative_residual = (b - Ap).norm() / b.norm();
+  if (!checked) check();
+  return report;
+}
+
+SolveReport conjugate_gradients(const BlockMatrix<double>& A, const Eigen::VectorXd& b, const Preconditioner& M,
+                                const IterationLimits& limits, Eigen::VectorXd& x) {
+  const double b_squared = b.squaredNorm();
+  if (b_squared == 0.0) {
+    x.setZero(b.size());
+    return {true, 0, 0.0};
+  }
+  const ConjugateGradientParts parts = {
+      [&A](const Eigen::VectorXd& y, Eigen::VectorXd& Ay) { multiply(A, y, Ay); }, M, {}};
+  ConjugateGradientRules rules;
+  rules.squared_residual = limits.relative_residual * limits.relative_residual * b_squared;
+  rules.iterations = limits.iterations;
+  ConjugateGradientVectors vectors;
+  SolveReport report = conjugate_gradients(parts, b, rules, vectors, x);
+  report.relative_residual = vectors.r.norm() / b.norm();
   return report;
 }
 

@@ -2,7 +2,6 @@
 
 #include <Eigen/Cholesky>
 #include <cassert>
-#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -32,7 +31,8 @@ struct StepSolver::State {
   // Of one solve.
   const PointTerm* term = nullptr;
   Eigen::LDLT<Eigen::MatrixXd> compliance, woodbury;  ///< C, C + Dᵀ B Y D
-  Eigen::VectorXd r, z, p, Ap, at_rows;
+  ConjugateGradientVectors vectors;
+  Eigen::VectorXd at_rows;
 
   int rows() const { return term ? static_cast<int>(term->rows.size()) : 0; }
 
@@ -53,7 +53,7 @@ struct StepSolver::State {
     for (int i = 0; i < rows(); ++i) add_spread(B, term->rows[i].point, at_rows[i] * term->rows[i].direction, y);
   }
   /// z = M⁻¹ r.
-  void precondition() {
+  void precondition(const Eigen::VectorXd& r, Eigen::VectorXd& z) {
     if (options.method == StepMethod::plain) {
       z = r;
       return;
@@ -78,6 +78,7 @@ struct StepSolver::State {
   }
   /// Columns that the term's rows need and that are not there.
   void complete_columns() {
+    Eigen::VectorXd& p = vectors.p;
     for (const PointRow& row : term->rows) {
       Columns& columns = Y[row.point];
       if (columns.rows() > 0) continue;
@@ -100,6 +101,7 @@ struct StepSolver::State {
     if (rows() == 0) return true;
     complete_columns();
     Eigen::MatrixXd total = term->compliance;
+    Eigen::VectorXd& p = vectors.p;
     for (int j = 0; j < rows(); ++j) {
       const PointRow& column = term->rows[j];
       p.noalias() = Y[column.point] * column.direction;
@@ -111,63 +113,25 @@ struct StepSolver::State {
     woodbury.compute(total);  // reads the lower triangle
     return true;
   }
-  void residual(const Eigen::VectorXd& b, const Eigen::VectorXd& x) {
-    apply(x, Ap);
-    r = b - Ap;
+  /// A factor that has aged is renewed once the iterations show it.
+  Renewal renew(int iterations) {
+    if (options.method == StepMethod::plain || factor_of_A || iterations < options.renew_iterations)
+      return Renewal::none;
+    return renew_factor() && prepare() ? Renewal::renewed : Renewal::failed;
   }
-  SolveReport iterate(const Eigen::VectorXd& b, double reference, Eigen::VectorXd& x);
+  SolveReport iterate(const Eigen::VectorXd& b, double reference, Eigen::VectorXd& x) {
+    const ConjugateGradientParts parts = {[this](const Eigen::VectorXd& y, Eigen::VectorXd& Ay) { apply(y, Ay); },
+                                          [this](const Eigen::VectorXd& r, Eigen::VectorXd& z) { precondition(r, z); },
+                                          [this](int iterations) { return renew(iterations); }};
+    ConjugateGradientRules rules;
+    rules.squared_residual =
+        options.linear.relative_residual * options.linear.relative_residual * reference * reference;
+    rules.iterations = options.linear.iterations;
+    rules.least_iterations = rows() > 0 ? 1 : 0;
+    rules.stagnation = 0.25;
+    return conjugate_gradients(parts, b, rules, vectors, x);
+  }
 };
-
-SolveReport StepSolver::State::iterate(const Eigen::VectorXd& b, double reference, Eigen::VectorXd& x) {
-  SolveReport report;
-  const double target = options.linear.relative_residual * reference;
-  residual(b, x);
-  double size = r.norm(), rz = 0.0, last_checked = INFINITY;
-  int since_renewal = 0;
-  bool checked = true;  // r is b - A x and not its recursion
-  while (std::isfinite(size)) {
-    if (size <= target && (report.iterations > 0 || rows() == 0 || size == 0.0)) {
-      if (!checked) {
-        residual(b, x);
-        size = r.norm();
-        checked = true;
-      }
-      if (size <= target) {
-        report.converged = true;
-        break;
-      }
-      if (size > 0.5 * last_checked) break;  // round-off of b - A x itself
-      last_checked = size;
-      rz = 0.0;
-    }
-    if (report.iterations >= options.linear.iterations) break;
-    if (options.method == StepMethod::kept && !factor_of_A && since_renewal >= options.renew_iterations) {
-      if (!renew_factor() || !prepare()) break;
-      residual(b, x);
-      rz = 0.0;
-    }
-    precondition();
-    const double rz_new = r.dot(z);
-    if (!(rz_new > 0.0)) break;
-    if (rz == 0.0)
-      p = z;
-    else
-      p = z + (rz_new / rz) * p;
-    rz = rz_new;
-    apply(p, Ap);
-    const double pAp = p.dot(Ap);
-    if (!(pAp > 0.0)) break;
-    const double alpha = rz / pAp;
-    if (!std::isfinite(alpha)) break;
-    x += alpha * p;
-    r -= alpha * Ap;
-    size = r.norm();
-    checked = false;
-    ++report.iterations;
-    ++since_renewal;
-  }
-  return report;
-}
 
 StepSolver::StepSolver(const StepSolverOptions& options) : state_(std::make_unique<State>()) {
   state_->options = options;
@@ -207,9 +171,13 @@ SolveReport StepSolver::solve(const PointTerm* term, const Eigen::VectorXd& b, d
   }
   state.term = term;
   SolveReport report;
-  if (state.prepare()) report = state.iterate(b, reference, x);
-  state.residual(b, x);
-  report.relative_residual = state.r.norm() / reference;
+  if (state.prepare()) {
+    report = state.iterate(b, reference, x);
+  } else {
+    state.apply(x, state.vectors.Ap);
+    state.vectors.r = b - state.vectors.Ap;
+  }
+  report.relative_residual = state.vectors.r.norm() / reference;
   state.term = nullptr;
   return report;
 }

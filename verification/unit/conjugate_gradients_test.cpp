@@ -175,3 +175,84 @@ TEST_CASE("a factor is kept while the matrix is the same to the last bit, and on
   CHECK(second != first);
   CHECK(cache.factor(Chain(11, 1.0).A) != second);
 }
+
+TEST_CASE("a residual that drifted from the true one is not believed", "[cg]") {
+  const Chain chain(40, 1.0);
+  const Eigen::VectorXd b = random_vector_of(120, 1);
+  int applications = 0;
+  ConjugateGradientParts parts;
+  // Wrong by a thousandth in the first iterations, as round-off is by far less: the recursion knows nothing of it.
+  parts.apply = [&](const Eigen::VectorXd& x, Eigen::VectorXd& y) {
+    multiply(chain.A, x, y);
+    if (const int k = applications++; k > 0 && k < 6) y *= 1.001;
+  };
+  parts.precondition = identity;
+  ConjugateGradientRules rules;
+  rules.squared_residual = 1e-20 * b.squaredNorm();
+  ConjugateGradientVectors vectors;
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(120), Ax;
+  const SolveReport report = conjugate_gradients(parts, b, rules, vectors, x);
+  multiply(chain.A, x, Ax);
+  CHECK(report.converged);
+  CHECK((b - Ax).squaredNorm() <= rules.squared_residual);
+  CHECK(vectors.r == b - Ax);
+  CHECK(report.iterations > 60);  // 40 eigenvalues, and again after the restart
+}
+
+TEST_CASE("an iteration that only round-off keeps from its end stops where it is told to", "[cg]") {
+  const Chain chain(40, 1.0);
+  const Eigen::VectorXd b = random_vector_of(120, 1);
+  ConjugateGradientParts parts;
+  parts.apply = [&](const Eigen::VectorXd& x, Eigen::VectorXd& y) { multiply(chain.A, x, y); };
+  parts.precondition = identity;
+  ConjugateGradientRules rules;
+  rules.squared_residual = 1e-40 * b.squaredNorm();  // the recursion gets there, b - A x cannot
+  const auto solve = [&](double stagnation) {
+    rules.stagnation = stagnation;
+    ConjugateGradientVectors vectors;
+    Eigen::VectorXd x = Eigen::VectorXd::Zero(120), Ax;
+    const SolveReport report = conjugate_gradients(parts, b, rules, vectors, x);
+    multiply(chain.A, x, Ax);
+    CHECK(vectors.r == b - Ax);
+    CHECK((b - Ax).norm() < 1e-13 * b.norm());
+    CHECK_FALSE(report.converged);
+    return report.iterations;
+  };
+  CHECK(solve(0.25) < 500);
+  CHECK(solve(std::numeric_limits<double>::infinity()) == rules.iterations);
+}
+
+TEST_CASE("a preconditioner that is renewed on the way is used from there, and one that fails ends it", "[cg]") {
+  const Chain chain(40, 1.0);
+  const Eigen::VectorXd b = random_vector_of(120, 1);
+  const DirectSolver factor(chain.A);
+  bool renewed = false;
+  int asked = 0;
+  Renewal answer = Renewal::renewed;
+  ConjugateGradientParts parts;
+  parts.apply = [&](const Eigen::VectorXd& x, Eigen::VectorXd& y) { multiply(chain.A, x, y); };
+  parts.precondition = [&](const Eigen::VectorXd& r, Eigen::VectorXd& z) { z = renewed ? factor.solve(r) : r; };
+  parts.renew = [&](int iterations) {
+    CHECK(iterations == asked++);
+    if (iterations != 3) return Renewal::none;
+    renewed = answer == Renewal::renewed;
+    return answer;
+  };
+  ConjugateGradientRules rules;
+  rules.squared_residual = 1e-20 * b.squaredNorm();
+  ConjugateGradientVectors vectors;
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(120), Ax;
+  SolveReport report = conjugate_gradients(parts, b, rules, vectors, x);
+  CHECK(report.converged);
+  CHECK(report.iterations == 4);  // three with the old one, one with the inverse
+
+  renewed = false;
+  asked = 0;
+  answer = Renewal::failed;
+  x.setZero();
+  report = conjugate_gradients(parts, b, rules, vectors, x);
+  multiply(chain.A, x, Ax);
+  CHECK_FALSE(report.converged);
+  CHECK(report.iterations == 3);
+  CHECK(vectors.r == b - Ax);
+}
