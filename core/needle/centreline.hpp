@@ -18,6 +18,8 @@ struct CentrelinePoint {
   double share = 0.0;
 };
 
+inline CentrelinePoint needle_tip(const Needle& needle) { return {needle.element_count() - 1, 1.0}; }
+
 /// [m].
 Eigen::Vector3d centreline_position(const Needle& needle, const NeedleState& state, CentrelinePoint point);
 /// Unit tangent, from base to tip.

@@ -39,4 +39,7 @@ struct ContactRows {
   Eigen::Vector3d lambda = Eigen::Vector3d::Zero();  ///< start value [N s], in the frame; none-rows are ignored
 };
 
+/// Frame of a point's rows: n, and the second column as near to `like` as it can be.
+Eigen::Matrix3d frame_along(const Eigen::Vector3d& n, const Eigen::Vector3d& like);
+
 }  // namespace finegauge

@@ -79,6 +79,10 @@ class NeedleContacts {
   void end_step(const Needle& needle, const NeedleState& state, const TissueView& tissue,
                 std::span<const ContactOutcome> outcomes, double time, double tau);
 
+  /// Where the rows of the last begin_step hold the tissue, one for one; to be called before end_step, which may move
+  /// the points. `places` is overwritten; its storage is used again.
+  void copy_places(std::vector<SpreadPoint>& places) const;
+
   TipState tip_state() const { return state_; }
   int active_points() const { return active_; }
   double inserted_length() const { return inserted_length_; }  ///< [m]

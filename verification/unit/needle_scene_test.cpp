@@ -7,10 +7,10 @@
 #include "core/scene/scene_reader.hpp"
 #include "core/scene/start_forest.hpp"
 #include "verification/support/catch.hpp"
+#include "verification/support/scene_text.hpp"
 #include "verification/support/temporary_file.hpp"
 
 using namespace finegauge;
-using Strings = std::vector<std::string>;
 
 namespace {
 
@@ -50,33 +50,6 @@ friction = 0.5
 [adapt]
 theta = 0.4
 )";
-
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const std::size_t at = text.find(from);
-  REQUIRE(at != std::string::npos);
-  return text.replace(at, from.size(), to);
-}
-
-Scene read(const std::string& text, const Strings& overrides = {}) {
-  const TemporaryFile file("needle_scene.toml", text);
-  return read_scene(file.path(), overrides);
-}
-
-/// The message, from the line number on when it names the file; "accepted" without one.
-std::string refusal(const std::string& text, const Strings& overrides = {}) {
-  const TemporaryFile file("needle_scene.toml", text);
-  try {
-    (void)read_scene(file.path(), overrides);
-  } catch (const SceneError& error) {
-    const std::string message = error.what(), name = file.path().string() + ":";
-    return message.rfind(name, 0) == 0 ? message.substr(name.size()) : message;
-  }
-  return "accepted";
-}
-
-void check_begins(const std::string& found, const std::string& expected) {
-  CHECK(found.substr(0, expected.size()) == expected);
-}
 
 /// The sections of `needle_scene` from one of these lines to the next, taken out.
 std::string without(const std::string& begin, const std::string& end) {
@@ -165,28 +138,6 @@ TEST_CASE("an imperfection bends the needle at rest by the square of the distanc
   }
 }
 
-TEST_CASE("a course is linear between its points, rests outside of them, and repeats by its period",
-          "[scene][course]") {
-  const Course once{{{1.0, 2.0}, {2.0, 4.0}, {4.0, 0.0}}, 0.0};
-  CHECK(course_factor(once, -5.0) == 2.0);
-  CHECK(course_factor(once, 1.0) == 2.0);
-  CHECK(course_factor(once, 1.5) == 3.0);
-  CHECK(course_factor(once, 2.0) == 4.0);
-  CHECK(course_factor(once, 3.5) == 1.0);
-  CHECK(course_factor(once, 9.0) == 0.0);
-  const Course again{once.points, 4.0};  // from 1 to 5, with a last second that leads from 0 back to 2
-  for (const double shift : {-8.0, -4.0, 0.0, 4.0, 400.0}) {
-    CAPTURE(shift);
-    CHECK(course_factor(again, 1.5 + shift) == 3.0);
-    CHECK(course_factor(again, 3.0 + shift) == 2.0);
-    CHECK(course_factor(again, 4.0 + shift) == 0.0);
-    CHECK(course_factor(again, 4.5 + shift) == 1.0);
-    CHECK(course_factor(again, 4.75 + shift) == 1.5);
-  }
-  CHECK(course_factor({{{3.0, 7.0}}, 0.0}, 100.0) == 7.0);
-  CHECK(course_factor({{{3.0, 7.0}}, 2.0}, 100.0) == 7.0);
-}
-
 TEST_CASE("a scene scaled by powers of two in length, mass and time is accepted and counts the same frames",
           "[scene][needle][units]") {
   // Lengths × 2^20, as a micrometre system would have them: no check may have a length of its own.
@@ -228,7 +179,7 @@ TEST_CASE("a needle scene outside its ranges is refused with line, field, value 
        "19: needle.base: found [1.5, 0.5, 0.5] in the body, allowed"},
       {"tip = [-0.5", "tip = [0.25", "20: needle.tip: found [0.25, 0.5, 0.5] in the body, allowed outside of the body"},
       {"tip = [-0.5", "tip = [0",
-       "20: needle.tip: found [0, 0.5, 0.5] in the body, allowed outside of the body, and not"},
+       "20: needle.tip: found [0, 0.5, 0.5] on the body's surface, allowed outside of the body, and not"},
       {"tip = [-0.5", "tip = [2.5", "20: needle.tip: found a needle that enters the body at [0, 0.5, 0.5], allowed"},
       {"displacement = [1, 0, 0]\nspeed", "displacement = [1.75, 0, 0]\nspeed",
        "19: needle.base: found a base that stroke[0] takes into the body at [0, 0.5, 0.5], allowed strokes"},
