@@ -33,6 +33,7 @@ FrameAdaptRules read_frame_adapt(const SectionReader& reader, CellShape shape) {
   rules.energy_floor = reader.number("energy_floor");
   rules.dwell = reader.integer("dwell");
   rules.every = reader.integer("every");
+  rules.release = reader.integer("release");
   rules.max_depth = reader.integer("max_depth");
   rules.max_dofs = reader.integer("max_dofs");
   rules.directional = reader.text("policy") == "directional";
@@ -70,27 +71,6 @@ double read_duration(const SectionReader& reader, const std::optional<SceneNeedl
 
 }  // namespace
 
-std::optional<Course> read_course(const SectionReader& reader) {
-  if (!reader.has("course")) {
-    if (reader.has("period")) reader.refuse("period", "found without course, allowed only with it");
-    return {};
-  }
-  Course course;
-  course.points = reader.course("course");
-  if (reader.has("period")) {
-    course.period = reader.number("period");
-    const double length = course.points.back()[0] - course.points.front()[0];
-    if (!(course.period >= length))
-      reader.refuse("period", "found " + plain(course.period) +
-                                  ", allowed at least the time from the first to the "
-                                  "last point of the course, " +
-                                  plain(length));
-  }
-  if (reader.vector("displacement").isZero(0.0) && reader.matrix("gradient").isZero(0.0))
-    reader.refuse("course", "found without a displacement or gradient to multiply, allowed only with one of them");
-  return course;
-}
-
 void read_dynamics(const SceneDocument& document, CellShape shape, Scene& scene) {
   const auto section = [&](const std::string& name) {
     return SectionReader(document, name, name, document.root().get_as<toml::table>(name));
@@ -112,6 +92,9 @@ void read_dynamics(const SceneDocument& document, CellShape shape, Scene& scene)
     if (!dynamics.estimate_error)
       reader.refuse("estimate_error", "found false, allowed true with [adapt], which needs it");
     dynamics.adapt = read_frame_adapt(section("adapt"), shape);
+    dynamics.check_popping = section("adapt").boolean("check_popping");
+    if (dynamics.check_popping && !scene.needle)
+      section("adapt").refuse("check_popping", "found true, allowed only with [needle], whose force it compares");
   }
   scene.dynamics = dynamics;
 }

@@ -10,7 +10,4 @@ namespace finegauge {
 /// needle was read, whose strokes are the duration where the scene gives none.
 void read_dynamics(const SceneDocument& document, CellShape shape, Scene& scene);
 
-/// The keys course and period of a [[support]]; none without a course.
-std::optional<Course> read_course(const SectionReader& reader);
-
 }  // namespace finegauge

@@ -5,6 +5,7 @@
 
 #include "core/scene/gmsh_reader.hpp"
 #include "core/scene/imported_mesh.hpp"
+#include "core/scene/organ_reader.hpp"
 #include "core/scene/text_file.hpp"
 
 namespace finegauge {
@@ -74,18 +75,21 @@ BaseMesh read_inline_mesh(const SectionReader& reader) {
 
 void read_geometry(const SceneDocument& document, Scene& scene) {
   std::vector<std::string> found;
-  for (const char* section : {"box", "mesh", "gmsh"})
+  for (const char* section : {"box", "mesh", "gmsh", "organ"})
     if (document.root().contains(section)) found.emplace_back(section);
-  if (found.empty()) document.fail("box", 0, "found no geometry, required: exactly one of [box], [mesh], [gmsh]");
+  if (found.empty())
+    document.fail("box", 0, "found no geometry, required: exactly one of [box], [mesh], [gmsh], [organ]");
   const toml::table* table = document.root().get_as<toml::table>(found.back());
   if (found.size() > 1)
     document.fail(found.back(), table->source().begin.line,
-                  "found beside [" + found.front() + "], allowed exactly one of [box], [mesh], [gmsh]");
+                  "found beside [" + found.front() + "], allowed exactly one of [box], [mesh], [gmsh], [organ]");
   const SectionReader reader(document, found.front(), found.front(), table);
   if (found.front() == "box") {
     scene.geometry = read_box(reader);
   } else if (found.front() == "mesh") {
     scene.geometry = read_inline_mesh(reader);
+  } else if (found.front() == "organ") {
+    read_organ(reader, document.file().parent_path(), scene);
   } else {
     const std::filesystem::path file = document.file().parent_path() / reader.text("file");
     if (!std::filesystem::is_regular_file(file))
@@ -94,9 +98,13 @@ void read_geometry(const SceneDocument& document, Scene& scene) {
   }
 }
 
-void read_surface(const SectionReader& reader, const BaseMesh& mesh, Scene& scene) {
+void read_named_surface(const SectionReader& reader, const BaseMesh& mesh, Scene& scene) {
   SurfaceDefinition surface;
   surface.name = reader.text("name");
+  if (mesh.body)
+    reader.refuse("name", "found \"" + quoted_excerpt(surface.name) +
+                              "\" in a scene with [organ], whose cells' faces are not the body's surface; allowed a "
+                              "geometry of full cells, or [[attachment]]");
   if (mesh.surfaces.contains(surface.name))
     reader.refuse("name", "found \"" + quoted_excerpt(surface.name) + "\", allowed a name that no other surface has");
   if (reader.has("normal") == reader.has("nodes"))

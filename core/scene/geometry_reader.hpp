@@ -6,11 +6,11 @@
 
 namespace finegauge {
 
-/// Reads the one of [box], [mesh] and [gmsh] that the scene has.
+/// Reads the one of [box], [mesh], [gmsh] and [organ] that the scene has.
 void read_geometry(const SceneDocument& document, Scene& scene);
 
 /// Adds a [[surface]] to the scene; `mesh` is the base mesh with the surfaces known so far.
-void read_surface(const SectionReader& reader, const BaseMesh& mesh, Scene& scene);
+void read_named_surface(const SectionReader& reader, const BaseMesh& mesh, Scene& scene);
 
 /// The key `template` of a section.
 RefinementTemplate read_template(const SectionReader& reader, CellShape shape);

@@ -32,6 +32,7 @@ MotionProblem motion_problem(const Scene& scene) {
   problem.tissue.stiffness_damping = dynamics.stiffness_damping;
   problem.tissue.gravity = dynamics.gravity;
   problem.tissue.supports = support_conditions(scene);
+  problem.tissue.springs = spring_supports(scene);
   problem.tissue.loads = scene.loads;
   problem.tissue.body = body_force(scene);
   problem.time_step = dynamics.time_step;

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "core/mesh/point_location.hpp"
+#include "core/mesh/body_location.hpp"
 #include "core/mesh/refinement_forest.hpp"
 #include "core/scene/moving_scene.hpp"
 #include "core/scene/section_reader.hpp"
@@ -93,32 +93,23 @@ void read_contact(const SectionReader& reader, SceneNeedle& needle) {
 
 /// The body at rest is what is known here; where it is during a stroke only the run can tell.
 void check_outside(const SectionReader& reader, const BaseMesh& mesh, const SceneNeedle& needle) {
-  const auto inside = [&](const Eigen::Vector3d& x) { return locate_at_rest(mesh, x).has_value(); };
   const Eigen::Matrix3Xd nodes = scene_needle(needle).rest_positions;
-  const std::string allowed = ", allowed outside of the body, and not on its surface";
-  if (inside(needle.base)) reader.refuse("base", "found " + plain(needle.base) + " in the body" + allowed);
-  if (inside(nodes.rightCols<1>()))
-    reader.refuse("tip", "found " + plain(nodes.rightCols<1>()) + " in the body" + allowed);
-
   const Mesh rest = RefinementForest(mesh).leaf_mesh();
   const Eigen::Matrix3Xd u = Eigen::Matrix3Xd::Zero(3, rest.node_count());
-  const auto enters = [&](const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
-    return first_entry(rest, u, from, to);
-  };
-  if (needle.imperfection == 0.0) {
-    if (const auto hit = enters(needle.base, needle.tip))
-      reader.refuse("tip", "found a needle that enters the body at " + plain(hit->position) +
+  if (const auto meeting = chain_meeting(mesh, rest, u, nodes)) {
+    const std::string place = plain(meeting->position);
+    if (meeting->kind == ChainMeeting::Kind::enters)
+      reader.refuse("tip", "found a needle that enters the body at " + place +
                                ", allowed one that is outside of it at the start");
-  } else {
-    for (Eigen::Index e = 0; e + 1 < nodes.cols(); ++e)
-      if (const auto hit = enters(nodes.col(e), nodes.col(e + 1)))
-        reader.refuse("tip", "found a needle that enters the body at " + plain(hit->position) +
-                                 ", allowed one that is outside of it at the start");
+    reader.refuse(meeting->point == 0 ? "base" : "tip",
+                  "found " + place +
+                      (meeting->kind == ChainMeeting::Kind::inside ? " in the body" : " on the body's surface") +
+                      ", allowed outside of the body, and not on its surface");
   }
   Eigen::Vector3d base = needle.base;
   for (std::size_t k = 0; k < needle.drive.strokes.size(); ++k) {
     const Eigen::Vector3d next = base + needle.drive.strokes[k].displacement;
-    if (const auto hit = enters(base, next))
+    if (const auto hit = first_body_entry(mesh, rest, u, base, next))
       reader.refuse("base", "found a base that stroke[" + std::to_string(k) + "] takes into the body at " +
                                 plain(hit->position) + ", allowed strokes that keep it outside");
     base = next;

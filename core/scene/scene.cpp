@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <utility>
 
+#include "core/scene/attachments.hpp"
+
 namespace finegauge {
 namespace {
 
@@ -27,6 +29,18 @@ SurfaceDefinition bounding_plane(const BaseMesh& mesh, int axis, bool upper) {
     plane.point = mesh.nodes.rowwise().minCoeff();
   plane.tolerance = bounding_plane_tolerance;
   return plane;
+}
+
+/// Empty where there is none: a support without a motion costs nothing in time.
+std::function<double(double)> course_function(const std::optional<Course>& course) {
+  if (!course) return {};
+  return [known = *course](double time) { return course_factor(known, time); };
+}
+
+/// Empty where it is zero.
+std::function<Eigen::Vector3d(const Eigen::Vector3d&)> constant_field(const Eigen::Vector3d& value) {
+  if (value.isZero(0.0)) return {};
+  return [value](const Eigen::Vector3d&) { return value; };
 }
 
 }  // namespace
@@ -53,6 +67,8 @@ BaseMesh base_mesh(const Scene& scene) {
     mesh = box_mesh(*box);
   else
     mesh = std::get<BaseMesh>(scene.geometry);
+  add_regions(scene.attachments, mesh);
+  if (mesh.body) return mesh;
 
   for (int axis = 0; axis < 3; ++axis)
     for (const bool upper : {false, true}) {
@@ -67,23 +83,6 @@ BaseMesh base_mesh(const Scene& scene) {
   return mesh;
 }
 
-double course_factor(const Course& course, double time) {
-  const auto& points = course.points;
-  const double start = points.front()[0];
-  if (course.period > 0.0) {
-    time = std::fmod(time - start, course.period);
-    time = start + (time < 0.0 ? time + course.period : time);
-  }
-  const auto after = std::ranges::find_if(points, [&](const auto& point) { return point[0] > time; });
-  if (after == points.begin()) return points.front()[1];
-  std::array<double, 2> a = after[-1], b = a;
-  if (after != points.end())
-    b = *after;
-  else if (course.period > 0.0)
-    b = {start + course.period, points.front()[1]};
-  return b[0] > a[0] ? a[1] + (b[1] - a[1]) * ((time - a[0]) / (b[0] - a[0])) : a[1];
-}
-
 std::vector<SupportCondition> support_conditions(const Scene& scene) {
   std::vector<SupportCondition> conditions;
   for (const SceneSupport& support : scene.supports) {
@@ -94,15 +93,38 @@ std::vector<SupportCondition> support_conditions(const Scene& scene) {
       condition.displacement = [a = support.displacement, G = support.gradient](const Eigen::Vector3d& X) {
         return Eigen::Vector3d(a + G * X);
       };
-    if (support.course)
-      condition.course = [course = *support.course](double time) { return course_factor(course, time); };
+    condition.course = course_function(support.course);
     if (support.components.empty()) conditions.push_back(condition);
     for (const int axis : support.components) {
       condition.normal = Eigen::Vector3d::Unit(axis);
       conditions.push_back(condition);
     }
   }
+  for (const SceneAttachment& attachment : scene.attachments) {
+    if (held_by_springs(attachment)) continue;
+    SupportCondition condition;
+    condition.surface = attachment.name;
+    condition.displacement = constant_field(attachment.displacement);
+    condition.course = course_function(attachment.course);
+    conditions.push_back(condition);
+  }
   return conditions;
+}
+
+std::vector<SpringSupport> spring_supports(const Scene& scene) {
+  std::vector<SpringSupport> springs;
+  if (std::ranges::none_of(scene.attachments, held_by_springs)) return springs;
+  const BaseMesh mesh = base_mesh(scene);
+  for (const SceneAttachment& attachment : scene.attachments) {
+    if (!held_by_springs(attachment)) continue;
+    SpringSupport& support = springs.emplace_back();
+    support.name = attachment.name;
+    for (const SurfacePoint& point : spring_places(mesh, attachment))
+      support.points.push_back({point.at, attachment.stiffness * point.area});
+    support.displacement = constant_field(attachment.displacement);
+    support.course = course_function(attachment.course);
+  }
+  return springs;
 }
 
 BodyForce body_force(const Scene& scene) {

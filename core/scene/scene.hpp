@@ -13,7 +13,10 @@
 #include "core/insertion_frame.hpp"
 #include "core/mesh/base_mesh.hpp"
 #include "core/mesh/refinement_template.hpp"
+#include "core/mesh/region.hpp"
+#include "core/scene/course.hpp"
 #include "core/space/loads.hpp"
+#include "core/space/springs.hpp"
 #include "core/space/supports.hpp"
 
 namespace finegauge {
@@ -27,14 +30,6 @@ struct SurfaceDefinition {
   std::vector<int> nodes;                            ///< of the base mesh
 };
 
-/// A factor over time: linear between its points, constant before the first and after the last. With a period it
-/// repeats from its first point on, linear from the last point to the first one of the next period.
-struct Course {
-  std::vector<std::array<double, 2>> points;  ///< time [s], strictly ascending, and factor; at least one
-  double period = 0.0;                        ///< [s], not below the time from the first to the last point; 0: once
-};
-double course_factor(const Course& course, double time);
-
 /// A prescribed displacement u(X) = displacement + gradient X of the rest position X, times the course's factor.
 struct SceneSupport {
   std::string surface;
@@ -42,6 +37,15 @@ struct SceneSupport {
   std::vector<int> components;                             ///< or hold only these axes, 0 to 2; both empty: hold all
   Eigen::Vector3d displacement = Eigen::Vector3d::Zero();  ///< [m]
   Eigen::Matrix3d gradient = Eigen::Matrix3d::Zero();      ///< du_i / dX_j
+  std::optional<Course> course;                            ///< of moving scenes
+};
+
+/// A part of the body that is held at its rest position, or displaced from it by displacement × course.
+struct SceneAttachment {
+  std::string name;  ///< of the region, in messages and results
+  Selection where;
+  double stiffness = 0.0;  ///< of springs per rest area of the selected surface [N/m³]; 0: clamped, no springs
+  Eigen::Vector3d displacement = Eigen::Vector3d::Zero();  ///< [m]
   std::optional<Course> course;                            ///< of moving scenes
 };
 
@@ -82,6 +86,7 @@ struct SceneDynamics {
   StepSolverOptions solver;
   bool estimate_error = true;
   std::optional<FrameAdaptRules> adapt;
+  bool check_popping = false;         ///< compare the force after each change of the mesh with its equilibrium's
   std::optional<double> deadline_ms;  ///< of a frame
 };
 
@@ -109,13 +114,15 @@ struct QuantityOfInterest {
 /// What the problem is. Read once, never changed. A section that the scene lacks is an empty list or optional.
 struct Scene {
   std::string file;      ///< where it came from, for messages
-  int support_line = 1;  ///< of the first [[support]], for messages
+  int support_line = 1;  ///< of the first [[support]] or, without one, [[attachment]]; for messages
   std::string name, description;
-  bool dimensionless = false;  ///< units in the key table are then only proportions
+  bool dimensionless = false;      ///< units in the key table are then only proportions
+  std::vector<std::string> notes;  ///< what was mended when a surface was read, for the program to print
   std::variant<BoxMeshOptions, BaseMesh> geometry;
   std::vector<SurfaceDefinition> surfaces;
   Material material;
   std::vector<SceneSupport> supports;
+  std::vector<SceneAttachment> attachments;
   std::vector<SurfaceLoad> loads;
   Eigen::Vector3d body_force = Eigen::Vector3d::Zero();  ///< [N/m³]
   std::vector<InitialRefinement> refinements;
@@ -127,11 +134,17 @@ struct Scene {
 };
 
 /// The base mesh with all named surfaces: those of the geometry, `boundary` (all of it), x_min ... z_max (the faces in
-/// the planes of the bounding box, unless the mesh file names them itself), and the scene's own.
+/// the planes of the bounding box, unless the mesh file names them itself), and the scene's own. An immersed body has
+/// none of them, since the faces of its cells are not its surface. Clamped attachments are its regions.
 BaseMesh base_mesh(const Scene& scene);
 
-/// Conditions in the order of the scene; a support of some components becomes one condition for each.
+/// Conditions in the order of the scene, supports before clamped attachments; a support of some components becomes one
+/// condition for each.
 std::vector<SupportCondition> support_conditions(const Scene& scene);
+
+/// Springs of the attachments that have some, in the order of the scene: stiffness times area at quadrature points of
+/// the selected surface.
+std::vector<SpringSupport> spring_supports(const Scene& scene);
 
 /// Empty when the scene has no body force.
 BodyForce body_force(const Scene& scene);

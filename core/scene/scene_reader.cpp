@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/scene/attachment_reader.hpp"
+#include "core/scene/attachments.hpp"
 #include "core/scene/dynamics_reader.hpp"
 #include "core/scene/geometry_reader.hpp"
 #include "core/scene/needle_reader.hpp"
@@ -52,6 +54,10 @@ void check_sections(const SceneDocument& document) {
 
 std::string surface_name(const SectionReader& reader, const BaseMesh& mesh) {
   const std::string name = reader.text("surface");
+  if (mesh.body)
+    reader.refuse("surface", "found \"" + quoted_excerpt(name) +
+                                 "\" in a scene with [organ], which has none: the faces of its cells are not the "
+                                 "body's surface; allowed [[attachment]], which holds or moves a part of it");
   if (mesh.surfaces.contains(name)) return name;
   std::string known;
   for (const auto& [surface, faces] : mesh.surfaces) known += (known.empty() ? "" : ", ") + surface;
@@ -220,14 +226,17 @@ Scene read_scene(const std::filesystem::path& file, std::span<const std::string>
     if (const std::string defect = validate(mesh); !defect.empty())
       single("box").refuse("size", "found an unsound mesh: " + defect);
   for (const SectionReader& reader : repeated(document, "surface")) {
-    read_surface(reader, mesh, scene);
+    read_named_surface(reader, mesh, scene);
     mesh.surfaces[scene.surfaces.back().name] = select_faces(mesh, scene.surfaces.back());
   }
 
   for (const SectionReader& reader : repeated(document, "support"))
     scene.supports.push_back(read_support(reader, mesh));
-  if (const auto* supports = document.root().get("support"))
-    scene.support_line = static_cast<int>(supports->source().begin.line);
+  for (const SectionReader& reader : repeated(document, "attachment")) read_attachment(reader, mesh, scene);
+  add_regions(scene.attachments, mesh);
+  for (const char* section : {"attachment", "support"})
+    if (const auto* holders = document.root().get(section))
+      scene.support_line = static_cast<int>(holders->source().begin.line);
   for (const SectionReader& reader : repeated(document, "load")) read_load(reader, mesh, scene);
   for (const SectionReader& reader : repeated(document, "refine"))
     scene.refinements.push_back(read_refinement(reader, mesh.shape));

@@ -23,6 +23,8 @@ class SectionReader {
   SectionReader(const SceneDocument& document, std::string_view section, std::string field, const toml::table* table);
 
   bool has(std::string_view key) const { return given(key) != nullptr; }
+  /// Whether the section has such a key at all, given or not.
+  bool knows(std::string_view key) const { return find_key(section_, key) != nullptr; }
 
   std::string text(std::string_view key) const;  ///< also of a choice
   bool boolean(std::string_view key) const;

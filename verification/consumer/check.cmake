@@ -30,3 +30,10 @@ string(REGEX MATCH "converged 1, energy ([0-9.e+-]+) J" line "${output}")
 if(NOT line OR NOT CMAKE_MATCH_1 GREATER 0.0743 OR NOT CMAKE_MATCH_1 LESS 0.1)
   message(FATAL_ERROR "energy out of its bounds [0.0743, 0.1] J")
 endif()
+
+# A tetrahedron with a vertex that it does not use.
+file(WRITE ${work}/tetrahedron.obj "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 5 5 5\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+run(${work}/build/surface_consumer ${work}/tetrahedron.obj)
+if(NOT output MATCHES "4 triangles, 1 notes")
+  message(FATAL_ERROR "not the surface that the consumer read: ${output}")
+endif()

@@ -11,10 +11,10 @@
 #include "core/scene/scene_keys.hpp"
 #include "core/space/discretization.hpp"
 #include "verification/support/catch.hpp"
+#include "verification/support/scene_text.hpp"
 #include "verification/support/temporary_file.hpp"
 
 using namespace finegauge;
-using Strings = std::vector<std::string>;
 
 namespace {
 
@@ -42,33 +42,6 @@ cells = [
 youngs_modulus = 1e3
 poisson_ratio = 0.3
 )";
-
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const std::size_t at = text.find(from);
-  REQUIRE(at != std::string::npos);
-  return text.replace(at, from.size(), to);
-}
-
-Scene read(const std::string& text, const Strings& overrides = {}) {
-  const TemporaryFile file("scene.toml", text);
-  return read_scene(file.path(), overrides);
-}
-
-/// The message, from the line number on when it names the file; "accepted" without one.
-std::string refusal(const std::string& text, const Strings& overrides = {}) {
-  const TemporaryFile file("scene.toml", text);
-  try {
-    (void)read_scene(file.path(), overrides);
-  } catch (const SceneError& error) {
-    const std::string message = error.what(), name = file.path().string() + ":";
-    return message.rfind(name, 0) == 0 ? message.substr(name.size()) : message;
-  }
-  return "accepted";
-}
-
-void check_begins(const std::string& found, const std::string& expected) {
-  CHECK(found.substr(0, expected.size()) == expected);
-}
 
 void check_base_held(const Scene& scene) {
   const RefinementForest forest(base_mesh(scene));
@@ -128,6 +101,7 @@ TEST_CASE("the help names every key with its range, and its example is a scene",
   for (const SceneKey& key : scene_keys()) {
     CAPTURE(key.section, key.key);
     CHECK(find_section(key.section) != nullptr);
+    CHECK_FALSE(key.explanation.empty());
     CHECK(help.find("\n    " + std::string(key.key) + ": ") != std::string::npos);
   }
   CHECK(help.find("in (-1, 0.5)") != std::string::npos);
@@ -224,9 +198,9 @@ TEST_CASE("a value outside its range is refused with line, field, value and rang
       {"traction = [1, 0, 0]", "body_force = [1, 0, 0]",
        "10: load[0].surface: found beside body_force, which acts on the whole body"},
       {"[box]\nsize = [2, 1, 1]\ncells = [2, 1, 1]\n", "",
-       "1: box: found no geometry, required: exactly one of [box], [mesh], [gmsh]"},
+       "1: box: found no geometry, required: exactly one of [box], [mesh], [gmsh], [organ]"},
       {"[material]", "[gmsh]\nfile = \"a\"\n[material]",
-       "4: gmsh: found beside [box], allowed exactly one of [box], [mesh], [gmsh]"},
+       "4: gmsh: found beside [box], allowed exactly one of [box], [mesh], [gmsh], [organ]"},
       {"= 0.3", "= = 0.3", "6: not TOML: "},
       {"[material]", "[box]", "4: not TOML: "},
   }));

@@ -1,5 +1,6 @@
-#include "core/scene/gmsh_tokens.hpp"
+#include "core/scene/file_tokens.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -15,23 +16,35 @@ std::string shown(std::string_view word) { return "\"" + quoted_excerpt(std::str
 
 }  // namespace
 
-void GmshTokens::fail_at(std::size_t line, const std::string& field, const std::string& what) const {
+void FileTokens::fail_at(std::size_t line, const std::string& field, const std::string& what) const {
   throw SceneError(file_ + ":" + std::to_string(line) + ": " + field + ": " + what);
 }
 
-void GmshTokens::skip_space() {
+void FileTokens::skip_space() {
   std::size_t i = 0;
   for (; i < rest_.size() && is_space(rest_[i]); ++i)
     if (rest_[i] == '\n') ++next_line_;
   rest_.remove_prefix(i);
 }
 
-bool GmshTokens::at_end() {
+bool FileTokens::at_end() {
   skip_space();
   return rest_.empty();
 }
 
-std::string_view GmshTokens::take(const char* field) {
+bool FileTokens::line_ends() {
+  while (!rest_.empty() && rest_.front() != '\n') {
+    const std::size_t joined = rest_.starts_with("\\\n") ? 2 : rest_.starts_with("\\\r\n") ? 3 : 0;
+    if (joined > 0) ++next_line_;
+    if (joined == 0 && !is_space(rest_.front())) return false;
+    rest_.remove_prefix(std::max<std::size_t>(joined, 1));
+  }
+  return true;
+}
+
+void FileTokens::skip_line() { rest_.remove_prefix(std::min(rest_.find('\n'), rest_.size())); }
+
+std::string_view FileTokens::take(const char* field) {
   skip_space();
   line_ = next_line_;
   if (rest_.empty()) fail(field, "found the end of the file");
@@ -42,9 +55,9 @@ std::string_view GmshTokens::take(const char* field) {
   return word;
 }
 
-std::string GmshTokens::word(const std::string& field) { return std::string(take(field.c_str()).substr(0, 1000)); }
+std::string FileTokens::word(const std::string& field) { return std::string(take(field.c_str()).substr(0, 1000)); }
 
-std::int64_t GmshTokens::integer(const char* field, std::int64_t low, std::int64_t high) {
+std::int64_t FileTokens::integer(const char* field, std::int64_t low, std::int64_t high) {
   const std::string_view word = take(field);
   std::int64_t value = 0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
@@ -54,16 +67,17 @@ std::int64_t GmshTokens::integer(const char* field, std::int64_t low, std::int64
   return value;
 }
 
-double GmshTokens::number(const char* field) {
+double FileTokens::number(const char* field) {
   const std::string_view word = take(field);
   double value = 0.0;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  const bool plus = word.size() > 1 && word[0] == '+' && word[1] != '-';
+  const auto [end, error] = std::from_chars(word.data() + (plus ? 1 : 0), word.data() + word.size(), value);
   if (error != std::errc{} || end != word.data() + word.size() || !std::isfinite(value))
     fail(field, "found " + shown(word) + ", allowed a finite number");
   return value;
 }
 
-std::string GmshTokens::quoted(const char* field) {
+std::string FileTokens::quoted(const char* field) {
   skip_space();
   line_ = next_line_;
   const std::size_t line_end = rest_.find('\n');
@@ -75,12 +89,12 @@ std::string GmshTokens::quoted(const char* field) {
   return name;
 }
 
-void GmshTokens::expect(const std::string& section) {
+void FileTokens::expect(const std::string& section) {
   const std::string_view word = take(section.c_str());
   if (word != section) fail(section, "found " + shown(word) + ", allowed " + section);
 }
 
-void GmshTokens::skip_to(const std::string& section) {
+void FileTokens::skip_to(const std::string& section) {
   const std::size_t opening_line = line_;
   while (!at_end())
     if (take(section.c_str()) == section) return;
