@@ -7,7 +7,9 @@
 #include "benchmarks/program/command.hpp"
 #include "benchmarks/program/frame_rows.hpp"
 #include "benchmarks/program/mesh_picture.hpp"
+#include "benchmarks/program/needle_sections.hpp"
 #include "core/elasticity/cell_response.hpp"
+#include "core/mesh/immersed_body.hpp"
 #include "core/scene/moving_scene.hpp"
 #include "core/scene/start_forest.hpp"
 #include "core/stopwatch.hpp"
@@ -43,9 +45,11 @@ std::filesystem::path scene_file(const std::string& name) {
   throw UsageError("the scene " + name + ".toml, which this study runs, is not in reference_data/scenes");
 }
 
-NeedleCase needle_case(const std::string& name, Scene scene, int frames) {
-  scene.needle->drive.strokes.resize(1);
-  scene.dynamics->duration = total_duration(scene.needle->drive);
+NeedleCase needle_case(const std::string& name, Scene scene, int frames, Strokes strokes) {
+  if (strokes == Strokes::first) {
+    scene.needle->drive.strokes.resize(1);
+    scene.dynamics->duration = total_duration(scene.needle->drive);
+  }
   InsertionProblem problem = insertion_problem(scene);
   Insertion insertion = start_insertion(start_forest(scene), problem);
   NeedleCase made{name, std::move(scene), {}, {}, 0.0, 0.0, std::move(insertion), std::move(problem)};
@@ -105,6 +109,21 @@ StudyFile case_picture(const NeedleCase& the_case, const std::string& title) {
   options.title = title;
   options.deformation_scale = suggested_deformation_scale(tissue.mesh.d.mesh, tissue.state.u);
   return {the_case.name + "_mesh.svg", mesh_picture_svg(tissue.mesh.d.mesh, stress, tissue.state.u, options)};
+}
+
+std::vector<StudyFile> case_sections(const NeedleCase& the_case) {
+  const Tissue& tissue = the_case.insertion.tissue;
+  const ErrorEstimate estimate = estimate_error_spr(tissue.mesh.d, tissue.state.u);
+  Scene scene = the_case.scene;
+  scene.name = the_case.name;
+  const BaseMesh& base = tissue.forest.base();
+  const auto points = base.body ? points_of_surface(base, base.body->surface) : std::vector<MaterialPoint>{};
+  std::vector<StudyFile> files;
+  for (auto& [name, svg] :
+       section_pictures(scene, the_case.insertion, estimate, points,
+                        {"depth", the_case.run.frames.back().report.insertion_depth, estimate.energy_norm}))
+    files.push_back({name, std::move(svg)});
+  return files;
 }
 
 }  // namespace finegauge

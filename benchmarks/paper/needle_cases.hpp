@@ -28,8 +28,11 @@ struct NeedleCase {
 /// The scene file of that name among those that come with the program; throws UsageError when there is none.
 std::filesystem::path scene_file(const std::string& name);
 
-/// A case before its first frame. Only the scene's first stroke is made: the insertion. `frames` > 0 ends it earlier.
-NeedleCase needle_case(const std::string& name, Scene scene, int frames = 0);
+/// Which of a scene's strokes a case makes: the first one, which is the insertion, or all in the scene's own duration.
+enum class Strokes { first, all };
+
+/// A case before its first frame. `frames` > 0 ends it earlier.
+NeedleCase needle_case(const std::string& name, Scene scene, int frames = 0, Strokes strokes = Strokes::first);
 
 /// Advances all cases side by side, a frame of each in turn, so that what disturbs the machine disturbs all alike.
 /// False when interrupted; the cases hold what was finished.
@@ -41,5 +44,8 @@ Json case_row(const NeedleCase& the_case, std::vector<StudyFile>& files);
 
 /// The body as it is at the end, coloured by stress.
 StudyFile case_picture(const NeedleCase& the_case, const std::string& title);
+
+/// The body as it is at the end, cut open along the needle, coloured by stress and by error (needle_sections.hpp).
+std::vector<StudyFile> case_sections(const NeedleCase& the_case);
 
 }  // namespace finegauge

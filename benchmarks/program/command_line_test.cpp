@@ -379,10 +379,13 @@ TEST_CASE("a run with a needle tells its forces, events and files", "[command-li
   CHECK(written["summary"]["largest_force"].get<double>() > 0.02);
   CHECK(outcome.out.find("puncture at depth") != std::string::npos);
   for (const char* name : {"insertion.csv", "insertion_mesh.svg", "insertion_force.svg", "insertion_dofs.svg",
+                           "insertion_start_stress.svg", "insertion_start_eta.svg", "insertion_depth_stress.svg",
+                           "insertion_depth_eta.svg", "insertion_end_stress.svg", "insertion_end_eta.svg",
                            "insertion_0020.vtu", "insertion_needle_0020.vtu", "insertion_needle.pvd"}) {
     CAPTURE(name);
     CHECK(fs::exists(results / name));
   }
+  CHECK_FALSE(fs::exists(results / "insertion_surface.pvd"));  // its cells are full
 }
 
 TEST_CASE("bad input of a moving scene ends with code 2, one message, and nothing written", "[command-line][needle]") {

@@ -166,8 +166,9 @@ void add_run_command(CLI::App& program, int& exit_code) {
                      "explained by finegauge help scene");
   command->footer(
       "Writes NAME.json, NAME.csv and NAME_mesh.svg; of a static scene with two steps or more NAME_eta.svg; of a\n"
-      "moving one NAME_dofs.svg and, with a needle, NAME_force.svg. --quick ends a moving scene after 200 frames or\n"
-      "45 seconds.\n"
+      "moving one NAME_dofs.svg and, with a needle, NAME_force.svg and the body cut open along the needle, coloured\n"
+      "by stress and by error: NAME_start_stress.svg, NAME_start_eta.svg, the same of depth and of end. --quick ends\n"
+      "a moving scene after 200 frames or 45 seconds.\n"
       "\n"
       "Examples:\n"
       "  finegauge run reference_data/scenes/lshape.toml --set adapt.steps=4 --vtu 1 -o lshape\n"

@@ -5,7 +5,9 @@
 #include <cstdio>
 #include <span>
 
+#include "benchmarks/program/adaptivity_summary.hpp"
 #include "benchmarks/program/frame_statistics.hpp"
+#include "benchmarks/program/optional_field.hpp"
 #include "benchmarks/program/sha256.hpp"
 
 namespace finegauge {
@@ -15,25 +17,9 @@ constexpr const char* no_needle = "the scene has no needle";
 constexpr const char* no_bounds = "the estimator certifies no bounds";
 constexpr const char* no_estimate = "estimate_error = false";
 
-void put(Json& object, const std::string& key, bool known, double value, const char* why_not) {
-  if (known) {
-    object[key] = value;
-    return;
-  }
-  object[key] = nullptr;
-  object[key + "_reason"] = why_not;
-}
-
-void put(Json& object, const std::string& key, const std::optional<double>& value, const char* why_not) {
-  put(object, key, value.has_value(), value.value_or(0.0), why_not);
-}
-
 Json to_json(const EnergyLedger& energy) {
-  return {{"kinetic", energy.kinetic},
-          {"elastic", energy.elastic},
-          {"work", energy.work},
-          {"dissipated", energy.dissipated},
-          {"closure", energy.closure}};
+  return {{"kinetic", energy.kinetic}, {"elastic", energy.elastic},       {"work", energy.work},
+          {"release", energy.release}, {"dissipated", energy.dissipated}, {"closure", energy.closure}};
 }
 
 Json to_json(const std::vector<ContactEvent>& events) {
@@ -136,14 +122,14 @@ Json event_counts(const MotionRun& run) {
   return counts;
 }
 
-/// The one of larger magnitude; what is no number is larger than all, and stays it.
-double larger(double a, double b) { return std::isnan(b) || std::abs(b) > std::abs(a) ? b : a; }
-
 Json largest_and_final(const std::vector<double>& values) {
   double largest = 0.0;
   for (const double value : values) largest = larger(largest, value);
   return {{"largest", largest}, {"final", values.back()}};
 }
+
+/// Beyond what equilibrium asks for, a change of the mesh may add this share of the largest force.
+constexpr double allowed_excess = 0.02;
 
 Json quantity_summary(const Scene& scene, const MotionRun& run) {
   Json summary = Json::object();
@@ -194,11 +180,14 @@ Json to_json(const MotionFrame& frame, const Scene& scene) {
   put(row, "error_low", false, 0.0, no_bounds);
   put(row, "error_high", false, 0.0, no_bounds);
   row["equilibrium_error"] = f.equilibrium_error;
-  row["tolerance_met"] = f.tolerance_met, row["converged"] = f.converged;
+  row["tolerance_met"] = f.tolerance_met;
+  put_tolerance(scene, f, row);
+  row["converged"] = f.converged;
   row["residual"] = f.residual, row["violation"] = f.violation;
   row["solver_iterations"] = f.solver_iterations, row["uzawa_iterations"] = f.uzawa_iterations;
   row["newton_iterations"] = f.newton_iterations;
   row["refined"] = f.refined, row["coarsened"] = f.coarsened;
+  row["toggles"] = f.toggles, row["releasing"] = f.releasing;
   row["energy"] = to_json(f.energy);
   if (needle) {
     row["insertion_depth"] = r.insertion_depth;
@@ -236,7 +225,9 @@ Json summarize(const Scene& scene, const MotionRun& run) {
   summary["cells"] = start_max_end(run, &FrameReport::cells);
   summary["hanging_nodes"] = {{"max", start_max_end(run, &FrameReport::hanging_nodes)["max"]}};
   summary["eta"] = eta_summary(scene, run);
+  summary["tolerance"] = tolerance_summary(scene, run);
   summary["refined"] = refined, summary["coarsened"] = coarsened;
+  summary["popping"] = popping_summary(scene, run);
   summary["solver_iterations"] = mean_max(run, &FrameReport::solver_iterations);
   summary["uzawa_iterations"] = mean_max(run, &FrameReport::uzawa_iterations);
   summary["constraint_violation_max"] = violation;
@@ -265,6 +256,10 @@ Json motion_checks(const MotionRun& run, bool ended_by_user) {
   checks.push_back(check("unconverged_frames", static_cast<double>(unconverged), 0.0, 0.0));
   if (!ended_by_user)
     checks.push_back(check("frames", static_cast<double>(run.frames.size()), run.planned_frames, run.planned_frames));
+  double largest_force = 0.0;
+  for (const MotionFrame& frame : run.frames) largest_force = std::max(largest_force, std::abs(frame.report.force));
+  if (const PoppingSummary popping = summarize(run.mesh_changes); popping.judged > 0 && largest_force > 0.0)
+    checks.push_back(check("popping_excess", popping.largest_excess / largest_force, 0.0, allowed_excess));
   return checks;
 }
 

@@ -43,8 +43,10 @@ const std::vector<std::string> summary_keys = {"frames",
                                                "cells",
                                                "hanging_nodes",
                                                "eta",
+                                               "tolerance",
                                                "refined",
                                                "coarsened",
+                                               "popping",
                                                "solver_iterations",
                                                "uzawa_iterations",
                                                "constraint_violation_max",
@@ -103,7 +105,7 @@ TEST_CASE("a row has every key that result files promise, in any scene", "[rows]
   }
   CHECK(row.at("force").is_null() != needle);
   CHECK(row.at("error_low").is_null());
-  for (const char* part : {"kinetic", "elastic", "work", "dissipated", "closure"})
+  for (const char* part : {"kinetic", "elastic", "work", "release", "dissipated", "closure"})
     CHECK(row.at("energy").at(part).is_number());
   REQUIRE(row.at("events").size() == 1);
   CHECK(row.at("events")[0] == Json{{"kind", "puncture"}, {"time", 1.0}, {"depth", 0.002}, {"force", 10.5}});
@@ -163,6 +165,70 @@ TEST_CASE("what a run has not is null with a reason", "[rows]") {
   CHECK(s.at("eta").at("start").is_null());
   CHECK(s.at("eta").at("max_reason") == "estimate_error = false");
   CHECK(to_json(run.frames[0], scene).at("eta_reason") == "estimate_error = false");
+}
+
+TEST_CASE("the summary tells on which frames a tolerance was met, by how much it was missed and why", "[rows]") {
+  Scene scene = moving_scene(true);
+  scene.dynamics->adapt = FrameAdaptRules{.tolerance = 0.2};
+  MotionRun run = made_up_run();  // four frames
+  const auto set = [&](int i, bool at_rest, bool met, double ratio, AdaptLimit limit) {
+    FrameReport& f = run.frames[static_cast<std::size_t>(i)].report.frame;
+    f.at_rest = at_rest, f.tolerance_met = met, f.tolerance_ratio = ratio, f.limit = limit;
+  };
+  set(0, false, true, 0.9, AdaptLimit::none);
+  set(1, false, false, 1.5, AdaptLimit::depth);
+  set(2, false, false, 1.2, AdaptLimit::none);
+  set(3, true, false, 9.0, AdaptLimit::none);  // at rest none is asked
+  const Json t = summarize(scene, run).at("tolerance");
+  CHECK(t.at("asked_frames") == 3);
+  CHECK(t.at("met_frames") == 1);
+  CHECK(t.at("share").get<double>() == Approx(1.0 / 3.0));
+  CHECK(t.at("worst") == 1.5);
+  CHECK(t.at("frames_limited_by_depth") == 1);
+  CHECK(t.at("frames_limited_by_dofs") == 0);
+  const Json row = to_json(run.frames[1], scene);
+  CHECK(row.at("tolerance_ratio") == 1.5);
+  CHECK(row.at("limit") == "depth");
+  CHECK(to_json(run.frames[3], scene).at("at_rest") == true);
+
+  scene.dynamics->adapt->tolerance = 0.0;
+  const Json none = summarize(scene, run).at("tolerance");
+  CHECK(none.at("share").is_null());
+  CHECK(none.at("share_reason") == "the scene asks for no tolerance");
+  CHECK(to_json(run.frames[1], scene).at("tolerance_ratio").is_null());
+}
+
+TEST_CASE("the summary counts changes of the mesh, those taken back, and what they did to the force", "[rows]") {
+  Scene scene = moving_scene(true);
+  scene.dynamics->time_step = 0.5;
+  scene.dynamics->adapt = FrameAdaptRules{.release = 4};
+  scene.dynamics->check_popping = true;
+  MotionRun run = made_up_run();
+  run.frames[1].report.frame.coarsened = 2, run.frames[1].report.frame.toggles = 3;
+  run.mesh_changes.push_back({.frame = 2, .asked = -0.7, .excess = 0.07, .largest_step = 0.35, .judged = true});
+  run.mesh_changes.push_back({.frame = 4, .asked = 5.0, .excess = 5.0, .largest_step = 5.0, .judged = false});
+  const Json p = summarize(scene, run).at("popping");
+  CHECK(p.at("release_frames") == 4);
+  CHECK(p.at("mesh_changes") == 2);  // frame 4 refines
+  CHECK(p.at("toggles") == 3);
+  CHECK(p.at("toggles_per_cell_and_second").get<double>() == Approx(3.0 / (0.5 * (10 + 17 + 10 + 10))));
+  CHECK(p.at("judged_changes") == 1);
+  CHECK(p.at("largest_excess").get<double>() == Approx(0.01));  // of 7 N
+  CHECK(p.at("largest_step").get<double>() == Approx(0.05));
+  CHECK(p.at("largest_asked").get<double>() == Approx(0.1));
+  const auto excess = [&] {
+    for (const Json& check : motion_checks(run, false))
+      if (check.at("name") == "popping_excess") return check.at("ok").get<bool>();
+    FAIL("no such check");
+    return false;
+  };
+  CHECK(excess());
+  run.mesh_changes[0].excess = 0.15;  // above two percent of 7 N
+  CHECK_FALSE(excess());
+  scene.dynamics->check_popping = false;
+  CHECK(summarize(scene, run).at("popping").at("largest_excess").is_null());
+  scene.dynamics->adapt.reset();
+  CHECK(summarize(scene, run).at("popping").at("mesh_changes").is_null());
 }
 
 TEST_CASE("frames that did not converge fail a check and are told by the first of them", "[rows]") {

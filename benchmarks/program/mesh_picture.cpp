@@ -4,39 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
+#include <utility>
 #include <vector>
+
+#include "benchmarks/program/svg_colors.hpp"
 
 namespace finegauge {
 namespace {
-
-// Nine equidistant samples of matplotlib's viridis (Stéfan van der Walt and Nathaniel Smith 2015, public domain CC0).
-// Between them the map is so smooth that linear interpolation is within a few of 256 levels.
-constexpr std::array<std::uint32_t, 9> viridis_table = {0x440154, 0x472d7b, 0x3b528b, 0x2c728e, 0x21918c,
-                                                        0x28ae80, 0x5ec962, 0xaadc32, 0xfde725};
-constexpr const char* font = "font-family=\"DejaVu Sans, Helvetica, Arial, sans-serif\"";
-constexpr const char* grey = "#bbbbbb";   // where there is no value
-constexpr const char* light = "#cfe3ec";  // where all values are the same: outlines show well on it
-
-std::string number(double value, const char* format = "%.1f") {
-  char text[48];
-  std::snprintf(text, sizeof text, format, value);
-  return text;
-}
-
-std::string color_text(double t) {
-  const std::array<double, 3> rgb = viridis(t);
-  char text[8];
-  std::snprintf(text, sizeof text, "#%02x%02x%02x", static_cast<int>(std::lround(255 * rgb[0])),
-                static_cast<int>(std::lround(255 * rgb[1])), static_cast<int>(std::lround(255 * rgb[2])));
-  return text;
-}
-
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) out += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '>' ? "&gt;" : std::string(1, c);
-  return out;
-}
 
 /// Screen axes of a parallel projection: x right, y up, z towards the viewer.
 struct Projection {
@@ -93,42 +67,17 @@ struct FacePatch {
   }
 };
 
-struct ColorRange {
-  double low = 0.0, high = 1.0, largest = 1.0;
-  bool uniform = false;  ///< one value everywhere, as far as four digits tell
-  double share(double value) const { return std::clamp((value - low) / (high - low), 0.0, 1.0); }
-};
-
-/// Quantile by area, not by nodes, of which refinement puts most where the values are largest.
 ColorRange color_range(const std::vector<FacePatch>& patches, double upper_quantile) {
   std::vector<std::pair<double, double>> value_and_area;
-  double area = 0.0, low = 0.0, largest = 0.0;
-  bool first = true;
+  double low = 0.0, largest = 0.0;
   for (const FacePatch& patch : patches) {
     const double middle = patch.interpolate(patch.value, 0.5, 0.5);
     if (!std::isfinite(middle)) continue;
+    if (value_and_area.empty()) low = largest = patch.value[0];
+    for (const double value : patch.value) low = std::min(low, value), largest = std::max(largest, value);
     value_and_area.emplace_back(middle, patch.area);
-    area += patch.area;
-    for (const double value : patch.value) {
-      low = first ? value : std::min(low, value), largest = first ? value : std::max(largest, value);
-      first = false;
-    }
   }
-  if (value_and_area.empty()) return {};
-  std::sort(value_and_area.begin(), value_and_area.end());
-  ColorRange range{low, largest, largest};
-  double below = 0.0;
-  for (const auto& [value, part] : value_and_area)
-    if ((below += part) >= upper_quantile * area) {
-      range.high = upper_quantile < 1.0 ? value : largest;
-      break;
-    }
-  // Rounding and the solver's tolerance alone must not fill a field of one value with colours.
-  const double least = std::max(1e-12, 1e-4 * std::max(std::abs(low), std::abs(largest)));
-  range.uniform = !(largest - low > least);
-  // Where most of the body has one value the colours go on to the largest.
-  if (!(range.high - range.low > least)) range.high = largest;
-  return range;
+  return finegauge::color_range(std::move(value_and_area), low, largest, upper_quantile);
 }
 
 /// Pieces of a patch small enough to be flat in colour and in depth, and its outline cut into the same pieces.
@@ -162,53 +111,21 @@ void draw_primitives(std::vector<Primitive>& primitives, bool uniform, double li
                    [](const Primitive& a, const Primitive& b) { return a.depth < b.depth; });
   // Without crispEdges neighbouring patches are blended with the background and a light net shows between them.
   svg += "<g stroke=\"#1a1a1a\" stroke-opacity=\"0.75\" stroke-linecap=\"round\" stroke-width=\"" +
-         number(line_width, "%.2f") + "\">\n";
+         svg_number(line_width, "%.2f") + "\">\n";
   for (const Primitive& p : primitives) {
     std::string path = "M";
-    for (int c = 0; c < p.corners; ++c) path += (c ? "L" : "") + number(p.at[c].x()) + " " + number(p.at[c].y());
+    for (int c = 0; c < p.corners; ++c)
+      path += (c ? "L" : "") + svg_number(p.at[c].x()) + " " + svg_number(p.at[c].y());
     if (p.color == -2)
       svg += "<path d=\"" + path + "\"/>\n";
     else
       svg += "<path stroke=\"none\" shape-rendering=\"crispEdges\" fill=\"" +
-             (p.color < 0 ? std::string(grey)
-              : uniform   ? std::string(light)
-                          : color_text(p.color / 255.0)) +
+             (p.color < 0 ? std::string(no_value_color)
+              : uniform   ? std::string(one_value_color)
+                          : viridis_text(p.color / 255.0)) +
              "\" d=\"" + path + "Z\"/>\n";
   }
   svg += "</g>\n";
-}
-
-void draw_color_bar(const MeshPictureOptions& options, const ColorRange& range, std::string& svg) {
-  const double x = options.width - 150.0, top = 130.0, bottom = options.height - 90.0, width = 22.0;
-  const auto text = [&](double tx, double ty, const std::string& words, const char* more = "") {
-    svg += "<text x=\"" + number(tx) + "\" y=\"" + number(ty) + "\" " + font + " fill=\"#222222\" " + more + ">" +
-           escaped(words) + "</text>\n";
-  };
-  text(x + width, top - 42.0, options.quantity, "font-size=\"15\" text-anchor=\"middle\"");
-  text(x + width, top - 22.0, options.unit.empty() ? "(dimensionless)" : "[" + options.unit + "]",
-       "font-size=\"14\" text-anchor=\"middle\"");
-  if (range.uniform) {
-    text(x + width, top + 6.0, "uniform: " + number(range.low, "%.4g"), "font-size=\"14\" text-anchor=\"middle\"");
-    return;
-  }
-  constexpr int bands = 96;
-  for (int k = 0; k < bands; ++k) {
-    const double y = bottom - (bottom - top) * (k + 1) / bands;
-    svg += "<rect shape-rendering=\"crispEdges\" x=\"" + number(x) + "\" y=\"" + number(y, "%.2f") + "\" width=\"" +
-           number(width) + "\" height=\"" + number((bottom - top) / bands + 0.5, "%.2f") + "\" fill=\"" +
-           color_text((k + 0.5) / bands) + "\"/>\n";
-  }
-  constexpr int ticks = 5;
-  for (int k = 0; k < ticks; ++k) {
-    const double share = double(k) / (ticks - 1), y = bottom - (bottom - top) * share;
-    svg += "<path d=\"M" + number(x + width) + " " + number(y) + "h6\" stroke=\"#444444\"/>\n";
-    const bool clipped = k == ticks - 1 && range.largest > range.high;
-    text(x + width + 10.0, y + 5.0,
-         (clipped ? "≥ " : "") + number(range.low + share * (range.high - range.low), "%.3g"), "font-size=\"14\"");
-  }
-  if (range.largest > range.high)
-    text(x + width, bottom + 32.0, "largest " + number(range.largest, "%.3g"),
-         "font-size=\"13\" text-anchor=\"middle\"");
 }
 
 /// Half transparent, so that a needle is told from an edge and what it lies in shows through.
@@ -217,7 +134,7 @@ void draw_curve(const Eigen::Matrix3Xd& curve, const Projection& project, std::s
   std::string path = "M";
   for (Eigen::Index i = 0; i < curve.cols(); ++i) {
     const Eigen::Vector3d p = project(curve.col(i));
-    path += (i ? "L" : "") + number(p.x()) + " " + number(p.y());
+    path += (i ? "L" : "") + svg_number(p.x()) + " " + svg_number(p.y());
   }
   svg +=
       "<path fill=\"none\" stroke=\"#d62728\" stroke-opacity=\"0.7\" stroke-width=\"4\" stroke-linecap=\"round\" d=\"" +
@@ -225,19 +142,6 @@ void draw_curve(const Eigen::Matrix3Xd& curve, const Projection& project, std::s
 }
 
 }  // namespace
-
-std::array<double, 3> viridis(double t) {
-  const double at = std::clamp(t, 0.0, 1.0) * (viridis_table.size() - 1);
-  const auto low = std::min(static_cast<std::size_t>(at), viridis_table.size() - 2);
-  const double share = at - static_cast<double>(low);
-  std::array<double, 3> rgb;
-  for (int c = 0; c < 3; ++c) {
-    const int shift = 16 - 8 * c;
-    rgb[c] =
-        ((1.0 - share) * (viridis_table[low] >> shift & 255) + share * (viridis_table[low + 1] >> shift & 255)) / 255;
-  }
-  return rgb;
-}
 
 double suggested_deformation_scale(const Mesh& mesh, const Eigen::Ref<const Eigen::Matrix3Xd>& displacement,
                                    double share) {
@@ -291,19 +195,15 @@ std::string mesh_picture_svg(const Mesh& mesh, const Eigen::Ref<const Eigen::Vec
   for (const FacePatch& patch : patches) add_primitives(patch, range, piece_size, primitives);
   const double face_size = patches.empty() ? 1.0 : std::sqrt(area / static_cast<double>(patches.size()));
 
-  std::string svg = "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 " + std::to_string(options.width) + " " +
-                    std::to_string(options.height) + "\" width=\"" + std::to_string(options.width) + "\" height=\"" +
-                    std::to_string(options.height) + "\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n";
+  std::string svg = svg_begin(options.width, options.height);
   // Fine meshes get finer lines, or they would be black.
   draw_primitives(primitives, range.uniform, std::clamp(face_size / 18.0, 0.25, 1.1), svg);
   draw_curve(options.curve, project, svg);
-  svg += std::string("<text x=\"40\" y=\"42\" ") + font + " font-size=\"20\" fill=\"#111111\">" +
-         escaped(options.title) + "</text>\n";
   std::string note = std::to_string(mesh.cell_count()) + " cells, " + std::to_string(mesh.node_count()) + " nodes";
   if (displacement.cols() > 0 && options.deformation_scale != 0.0)
-    note += ", displacements × " + number(options.deformation_scale, "%.3g");
-  svg += std::string("<text x=\"40\" y=\"66\" ") + font + " font-size=\"14\" fill=\"#555555\">" + note + "</text>\n";
-  draw_color_bar(options, range, svg);
+    note += ", displacements × " + svg_number(options.deformation_scale, "%.3g");
+  svg += svg_heading(options.title, note);
+  svg += color_bar_svg({options.quantity, options.unit, options.width - 150.0, 130.0, options.height - 90.0}, range);
   return svg + "</svg>\n";
 }
 

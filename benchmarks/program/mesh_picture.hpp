@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <string>
 
 #include "core/mesh/mesh.hpp"
@@ -30,9 +29,6 @@ struct MeshPictureOptions {
 std::string mesh_picture_svg(const Mesh& mesh, const Eigen::Ref<const Eigen::VectorXd>& nodal,
                              const Eigen::Ref<const Eigen::Matrix3Xd>& displacement,
                              const MeshPictureOptions& options = {});
-
-/// The colour map viridis at t in [0, 1], sRGB in [0, 1]: perceptually uniform, also in grey and for the colour-blind.
-std::array<double, 3> viridis(double t);
 
 /// A factor that draws the largest displacement at `share` of the body's diagonal, cut to one digit, but never below 1:
 /// a large displacement is drawn as it is. 1 for a body that does not move.

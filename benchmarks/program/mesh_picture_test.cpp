@@ -4,6 +4,7 @@
 #include <limits>
 #include <string>
 
+#include "benchmarks/program/svg_colors.hpp"
 #include "core/mesh/base_mesh.hpp"
 #include "core/mesh/refinement_forest.hpp"
 #include "verification/support/catch.hpp"

@@ -8,6 +8,7 @@
 #include "benchmarks/program/mesh_picture.hpp"
 #include "benchmarks/program/plots.hpp"
 #include "benchmarks/program/vtu_writer.hpp"
+#include "core/mesh/immersed_body.hpp"
 
 namespace finegauge {
 namespace {
@@ -19,17 +20,29 @@ std::string with_unit(const std::string& words, const char* unit, bool dimension
 }  // namespace
 
 MotionFiles::MotionFiles(std::filesystem::path directory, const Scene& scene, int vtu_every)
-    : directory_(std::move(directory)), scene_(scene), vtu_every_(vtu_every) {}
+    : directory_(std::move(directory)), scene_(scene), vtu_every_(vtu_every) {
+  if (scene.needle) sections_.emplace(scene);
+}
+
+const std::vector<MaterialPoint>& MotionFiles::surface_points(const BaseMesh& base) {
+  if (base.body && surface_points_.empty()) surface_points_ = points_of_surface(base, base.body->surface);
+  return surface_points_;
+}
 
 void MotionFiles::add_frame(const MotionView& view, bool last) {
   const FrameReport& report = view.frame.report.frame;
   const bool vtu = vtu_every_ > 0 && (last || report.frame % vtu_every_ == 0);
-  if (!vtu && !last) return;
+  const auto moments = sections_ ? sections_->moments_of(view, last) : std::vector<SectionMoment>{};
+  if (!vtu && !last && moments.empty()) return;
   // The frame's estimate belongs to the mesh that it was solved on; what is drawn is the mesh after it.
   const Tissue& tissue = view.tissue;
   const bool current = report.eta.has_value() && report.refined == 0 && report.coarsened == 0;
   const ErrorEstimate estimate = current ? tissue.estimate : estimate_error_spr(tissue.mesh.d, tissue.state.u);
   if (vtu) add_vtu(view, estimate);
+  for (const SectionMoment& moment : moments)
+    for (const auto& [file, svg] :
+         section_pictures(scene_, *view.insertion, estimate, surface_points(tissue.forest.base()), moment))
+      write_file_atomically(directory_ / file, svg);
   if (last) draw_mesh(view, estimate);
 }
 
@@ -39,11 +52,20 @@ void MotionFiles::add_vtu(const MotionView& view, const ErrorEstimate& estimate)
   VtuFields fields = vtu_fields(d, view.tissue.state.u, estimate);
   fields.velocity = view.tissue.state.v;
   if (series_.empty())  // of an earlier run
-    for (const std::string& series : {scene_.name, scene_.name + "_needle"}) remove_vtu_series(directory_, series);
+    for (const char* series : {"", "_needle", "_surface"}) remove_vtu_series(directory_, scene_.name + series);
   const std::string name = vtu_series_file(scene_.name, report.frame);
   write_vtu(directory_ / name, d.mesh, d.hanging, fields);
   series_.emplace_back(report.time, name);
   write_pvd(directory_ / (scene_.name + ".pvd"), series_);
+  if (const BaseMesh& base = view.tissue.forest.base(); base.body) {
+    const TriangleSurface& rest = base.body->surface;
+    const TriangleSurface surface =
+        carried_surface(rest, surface_points(base), view.tissue.forest, d.mesh, view.tissue.state.u);
+    const std::string file = vtu_series_file(scene_.name + "_surface", report.frame);
+    write_surface_vtu(directory_ / file, surface, surface.vertices - rest.vertices);
+    surface_series_.emplace_back(report.time, file);
+    write_pvd(directory_ / (scene_.name + "_surface.pvd"), surface_series_);
+  }
   if (!view.insertion) return;
   const std::string needle = vtu_series_file(scene_.name + "_needle", report.frame);
   write_curve_vtu(directory_ / needle, view.insertion->needle.positions);

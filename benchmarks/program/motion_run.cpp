@@ -20,7 +20,7 @@ Json frame_quantities(const Scene& scene, const std::vector<std::optional<Materi
   for (std::size_t i = 0; i < scene.quantities.size(); ++i) {
     const QuantityOfInterest& quantity = scene.quantities[i];
     if (quantity.kind == QuantityKind::energy)
-      values[quantity.name] = 2.0 * tissue_energy(tissue.mesh, tissue.state).elastic;
+      values[quantity.name] = strain_energy_product(tissue.mesh.d, tissue.state.u);
     if (!points[i]) continue;
     const Mesh& mesh = tissue.mesh.d.mesh;
     const Eigen::Vector3d u = interpolate(mesh, tissue.state.u, find_leaf(tissue.forest, mesh, *points[i]));
@@ -30,10 +30,10 @@ Json frame_quantities(const Scene& scene, const std::vector<std::optional<Materi
 }
 
 std::vector<std::string> notes_on_problem(const Scene& scene, const Tissue& tissue) {
-  std::vector<std::string> notes;
+  std::vector<std::string> notes = scene.notes;
   const Discretization& d = tissue.mesh.d;
   int free_motions = 0;
-  for (const BodyFreedom& body : free_rigid_motions(tissue.forest.topology(), d.mesh, d.hanging, d.supports))
+  for (const BodyFreedom& body : free_rigid_motions(tissue.forest.topology(), d.mesh, d.hanging, d.supports, d.springs))
     free_motions = std::max(free_motions, body.free_motions);
   const bool pushed = !scene.dynamics->gravity.isZero(0.0) || !scene.body_force.isZero(0.0) || !scene.loads.empty();
   if (free_motions > 0 && (scene.needle || pushed))
@@ -50,6 +50,9 @@ std::vector<std::string> notes_on_problem(const Scene& scene, const Tissue& tiss
     notes.emplace_back("linear kinematics: cells that turn by more than a few degrees swell; corotational ones do not");
   if (scene.dynamics->step.newton_iterations == 1 && scene.material.kinematics == Kinematics::corotational)
     notes.emplace_back("one linear solve a frame: what it leaves of the implicit step is equilibrium_error");
+  if (scene.dynamics->check_popping)
+    notes.emplace_back(
+        "check_popping: frame times and allocations include the copies that are followed beside the run");
   return notes;
 }
 
@@ -113,7 +116,11 @@ MotionRun run_motion(const Scene& scene, const MotionObserver& observer) {
   run.notes = notes_on_problem(scene, insertion->tissue);
   run_frames(
       scene, insertion->tissue, &*insertion,
-      [&](InsertionReport& report) { report = advance_frame(problem, *insertion); }, points, observer, run);
+      [&](InsertionReport& report) {
+        report = scene.dynamics->check_popping ? advance_checked(problem, *insertion, run.mesh_changes)
+                                               : advance_frame(problem, *insertion);
+      },
+      points, observer, run);
   run.final_state = state_values(*insertion);
   return run;
 }

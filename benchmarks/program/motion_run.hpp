@@ -9,6 +9,7 @@
 #include "benchmarks/program/result_document.hpp"
 #include "core/insertion_frame.hpp"
 #include "core/scene/scene.hpp"
+#include "verification/studies/popping.hpp"
 
 namespace finegauge {
 
@@ -37,10 +38,11 @@ struct MotionRun {
   std::vector<MotionFrame> frames;
   int planned_frames = 0;  ///< of the scene's duration
   std::string stopped_because;
-  bool failed = false;              ///< a frame could not be computed; `stopped_because` says why
-  double buckling_load = 0.0;       ///< of the free needle [N] (needle_drive.hpp); zero without a needle
-  std::vector<double> final_state;  ///< insertion_frame.hpp, state_values
-  std::vector<std::string> notes;   ///< what a reader of the result should know of the problem
+  bool failed = false;                      ///< a frame could not be computed; `stopped_because` says why
+  double buckling_load = 0.0;               ///< of the free needle [N] (needle_drive.hpp); zero without a needle
+  std::vector<double> final_state;          ///< insertion_frame.hpp, state_values
+  std::vector<CheckedChange> mesh_changes;  ///< of a scene that asks for check_popping
+  std::vector<std::string> notes;           ///< what a reader of the result should know of the problem
 };
 
 /// Frame by frame from rest. A frame that does not converge is marked, and the run goes on. Throws SceneError, before

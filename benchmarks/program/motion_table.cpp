@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -62,6 +63,22 @@ void print_summary(const Json& s) {
               s.at("coarsened").get<int>());
   std::printf("eta: start %s, max %s, end %s\n", digits(eta.at("start")).c_str(), digits(eta.at("max")).c_str(),
               digits(eta.at("end")).c_str());
+  if (const Json& t = s.at("tolerance"); t.at("share").is_number())
+    std::printf(
+        "tolerance: met on %d of %d frames (%.1f %%), at worst %s times it; %d frames limited by depth, %d by "
+        "dofs\n",
+        t.at("met_frames").get<int>(), t.at("asked_frames").get<int>(), 100.0 * t.at("share").get<double>(),
+        digits(t.at("worst"), "%.3g").c_str(), t.at("frames_limited_by_depth").get<int>(),
+        t.at("frames_limited_by_dofs").get<int>());
+  if (const Json& p = s.at("popping"); p.at("mesh_changes").is_number())
+    std::printf(
+        "mesh changes: %d, each over %d frames; toggles per cell and second %s%s\n", p.at("mesh_changes").get<int>(),
+        std::max(1, p.at("release_frames").get<int>()), digits(p.at("toggles_per_cell_and_second"), "%.3g").c_str(),
+        p.at("largest_excess").is_number()
+            ? ("; of the largest force, asked for at most " + digits(p.at("largest_asked"), "%.3g") + ", excess " +
+               digits(p.at("largest_excess"), "%.3g") + ", in one frame " + digits(p.at("largest_step"), "%.3g"))
+                  .c_str()
+            : "");
   std::printf("energy: kinetic %s, elastic %s, work %s, dissipated %s, closure %s of the largest\n",
               digits(energy.at("kinetic")).c_str(), digits(energy.at("elastic")).c_str(),
               digits(energy.at("work")).c_str(), digits(energy.at("dissipated")).c_str(),

@@ -16,7 +16,8 @@ constexpr double largest_linear_rotation = 10.0 * std::numbers::pi / 180.0;
 bool nothing_acts(const Scene& scene, const Discretization& d) {
   const auto is_zero = [](const Eigen::Vector3d& v) { return v.isZero(0.0); };
   return std::ranges::all_of(scene.loads, is_zero, &SurfaceLoad::value) && is_zero(scene.body_force) &&
-         std::ranges::all_of(d.supports.displacement, is_zero);
+         std::ranges::all_of(d.supports.displacement, is_zero) &&
+         std::ranges::all_of(d.springs.points, is_zero, &Springs::Point::displacement);
 }
 
 }  // namespace
@@ -35,7 +36,7 @@ double largest_cell_rotation(const Discretization& d, const Eigen::Matrix3Xd& u)
 }
 
 std::vector<std::string> static_notes(const Scene& scene, const Discretization& d, const Eigen::Matrix3Xd& u) {
-  std::vector<std::string> notes;
+  std::vector<std::string> notes = scene.notes;
   if (nothing_acts(scene, d))
     notes.push_back("nothing acts on the body: the scene has no load, no body force and no prescribed displacement");
   if (scene.material.kinematics == Kinematics::linear) {

@@ -107,7 +107,8 @@ Json to_json(const StaticStep& s) {
 
 StaticRun run_static(const Scene& scene, const StaticObserver& observer) {
   RefinementForest forest = start_forest(scene);
-  const StaticProblem problem{scene.material, support_conditions(scene), scene.loads, body_force(scene), scene.solver};
+  const StaticProblem problem{scene.material, support_conditions(scene), scene.loads, body_force(scene),
+                              scene.solver,   spring_supports(scene)};
   StaticRun run;
   std::vector<Refinement> chosen;
   FactorCache factors;
@@ -118,7 +119,8 @@ StaticRun run_static(const Scene& scene, const StaticObserver& observer) {
     step.step = number;
     Stopwatch watch;
     if (solution) run.refined += apply_refinements(forest, solution->discretization.mesh, chosen);
-    Discretization discretization = discretize(forest, problem.material, problem.supports);
+    Discretization discretization =
+        discretize(forest, forest.leaf_mesh(), problem.material, problem.supports, problem.springs);
     step.topology_ms = watch.lap();
     if (number == 0) check_held(scene, forest.topology(), discretization);  // before anything is solved or written
     solution = solve_static(forest, std::move(discretization), problem, solution ? &*solution : nullptr, factors);

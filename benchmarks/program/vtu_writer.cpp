@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cassert>
 #include <cstdio>
@@ -124,6 +125,7 @@ std::string vtu_text(const Mesh& mesh, const HangingNodes& hanging, const VtuFie
   for (std::size_t e = 0; e < cells; ++e) depth[e] = mesh.frames[e].depth;
   write_array(out, "depth", depth);
   if (given(fields.cell_von_mises.size(), cells)) write_array(out, "von_mises", 1, fields.cell_von_mises.data(), cells);
+  if (!mesh.fraction.empty()) write_array(out, "material_share", mesh.fraction);
   out += "</CellData>\n<Points>\n";
   write_array(out, "positions", 3, mesh.nodes.data(), 3 * nodes);
 
@@ -149,6 +151,33 @@ std::string curve_vtu_text(const Eigen::Matrix3Xd& points) {
   write_array(out, "offsets", std::vector<std::int64_t>{points.cols()});
   write_array(out, "types", std::vector<std::uint8_t>{4});  // VTK_POLY_LINE
   return out + grid_end;
+}
+
+std::string surface_vtu_text(const TriangleSurface& surface, const Eigen::Matrix3Xd& displacement) {
+  const std::size_t vertices = static_cast<std::size_t>(surface.vertices.cols());
+  std::string out = grid_begin(vertices, surface.triangles.size());
+  if (displacement.cols() > 0) {
+    out += "<PointData>\n";
+    write_array(out, "displacement", 3, displacement.data(), 3 * vertices);
+    out += "</PointData>\n";
+  }
+  out += "<Points>\n";
+  write_array(out, "positions", 3, surface.vertices.data(), 3 * vertices);
+  std::vector<std::int64_t> connectivity, offsets;
+  for (const std::array<int, 3>& triangle : surface.triangles) {
+    connectivity.insert(connectivity.end(), triangle.begin(), triangle.end());
+    offsets.push_back(static_cast<std::int64_t>(connectivity.size()));
+  }
+  out += "</Points>\n<Cells>\n";
+  write_array(out, "connectivity", connectivity);
+  write_array(out, "offsets", offsets);
+  write_array(out, "types", std::vector<std::uint8_t>(surface.triangles.size(), 5));  // VTK_TRIANGLE
+  return out + grid_end;
+}
+
+void write_surface_vtu(const std::filesystem::path& file, const TriangleSurface& surface,
+                       const Eigen::Matrix3Xd& displacement) {
+  write_file_atomically(file, surface_vtu_text(surface, displacement));
 }
 
 void write_curve_vtu(const std::filesystem::path& file, const Eigen::Matrix3Xd& points) {

@@ -10,6 +10,7 @@
 #include "core/adapt/error_estimate.hpp"
 #include "core/mesh/hanging_nodes.hpp"
 #include "core/mesh/mesh.hpp"
+#include "core/mesh/triangle_surface.hpp"
 #include "core/space/discretization.hpp"
 
 namespace finegauge {
@@ -28,8 +29,9 @@ VtuFields vtu_fields(const Discretization& d, const Eigen::Matrix3Xd& u, const E
 
 /// A mesh as VTK's unstructured grid (.vtu, XML, base64): rest positions as points; point data `displacement`,
 /// `velocity`, `hanging` (0 or 1), `recovered_stress` (in VTK's order XX YY ZZ XY YZ XZ, which is ours), `von_mises` of
-/// the recovered stress; cell data `eta_e`, `depth`, `von_mises`. A hanging node is a point like any other: the grid
-/// shows the leaves as they are, with the coarse neighbour's face straight.
+/// the recovered stress; cell data `eta_e`, `depth`, `von_mises`, and `material_share` where not all cells are full. A
+/// hanging node is a point like any other: the grid shows the leaves as they are, with the coarse neighbour's face
+/// straight.
 std::string vtu_text(const Mesh& mesh, const HangingNodes& hanging, const VtuFields& fields);
 
 /// Atomically, as every result file.
@@ -40,6 +42,11 @@ void write_vtu(const std::filesystem::path& file, const Mesh& mesh, const Hangin
 /// it its thickness.
 std::string curve_vtu_text(const Eigen::Matrix3Xd& points);
 void write_curve_vtu(const std::filesystem::path& file, const Eigen::Matrix3Xd& points);
+
+/// A surface of triangles where it is, positions [m] with, unless it has no columns, the `displacement` that led there.
+std::string surface_vtu_text(const TriangleSurface& surface, const Eigen::Matrix3Xd& displacement);
+void write_surface_vtu(const std::filesystem::path& file, const TriangleSurface& surface,
+                       const Eigen::Matrix3Xd& displacement);
 
 /// NAME_0012.vtu of step 12, at least four digits.
 std::string vtu_series_file(const std::string& name, int step);

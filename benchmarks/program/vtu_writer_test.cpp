@@ -174,3 +174,27 @@ TEST_CASE("a new series takes the place of the old one and of nothing else", "[v
   fs::remove_all(directory);
   remove_vtu_series(directory, "bar");  // none, and no complaint
 }
+
+TEST_CASE("the share of material is a field where not all cells are full", "[vtu]") {
+  Refined box = refined_box(CellShape::hexahedron);
+  CHECK(vtu_text(box.mesh, box.hanging, {}).find("material_share") == std::string::npos);
+  for (int cell = 0; cell < box.mesh.cell_count(); ++cell) box.mesh.fraction.push_back(1.0 / (1.0 + cell));
+  CHECK(read_array<double>(vtu_text(box.mesh, box.hanging, {}), "CellData", "material_share") == box.mesh.fraction);
+}
+
+TEST_CASE("a surface file holds its triangles where they are, and what moved them", "[vtu]") {
+  TriangleSurface surface;
+  surface.vertices = Eigen::Matrix3Xd::NullaryExpr(3, 4, [](auto i, auto j) { return 1.0 + 10.0 * i + j; });
+  surface.triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
+  const Eigen::Matrix3Xd moved = 0.5 * surface.vertices;
+  const std::string vtu = surface_vtu_text(surface, moved);
+  CHECK(vtu.find("NumberOfPoints=\"4\" NumberOfCells=\"4\"") != std::string::npos);
+  const auto values = [](const Eigen::Matrix3Xd& x) { return std::vector<double>(x.data(), x.data() + x.size()); };
+  CHECK(read_array<double>(vtu, "Points", "positions") == values(surface.vertices));
+  CHECK(read_array<double>(vtu, "PointData", "displacement") == values(moved));
+  CHECK(read_array<std::int64_t>(vtu, "Cells", "connectivity") ==
+        std::vector<std::int64_t>{0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3});
+  CHECK(read_array<std::int64_t>(vtu, "Cells", "offsets") == std::vector<std::int64_t>{3, 6, 9, 12});
+  CHECK(read_array<std::uint8_t>(vtu, "Cells", "types") == std::vector<std::uint8_t>(4, 5));
+  CHECK(surface_vtu_text(surface, Eigen::Matrix3Xd(3, 0)).find("displacement") == std::string::npos);
+}

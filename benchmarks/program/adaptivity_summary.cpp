@@ -1,0 +1,81 @@
+#include "benchmarks/program/adaptivity_summary.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "benchmarks/program/optional_field.hpp"
+
+namespace finegauge {
+namespace {
+
+constexpr const char* no_tolerance = "the scene asks for no tolerance";
+constexpr const char* no_adapt = "the scene's mesh does not adapt";
+constexpr const char* no_energy = "an error without energy";
+
+bool asks_for_tolerance(const Scene& scene) {
+  return scene.dynamics->adapt && asks_for_tolerance(*scene.dynamics->adapt);
+}
+
+}  // namespace
+
+void put_tolerance(const Scene& scene, const FrameReport& frame, Json& row) {
+  const bool asked = asks_for_tolerance(scene);
+  put(row, "tolerance_ratio", asked && std::isfinite(frame.tolerance_ratio), frame.tolerance_ratio,
+      asked ? no_energy : no_tolerance);
+  row["at_rest"] = frame.at_rest;
+  row["limit"] = frame.limit == AdaptLimit::depth ? "depth" : frame.limit == AdaptLimit::dofs ? "dofs" : "none";
+}
+
+Json tolerance_summary(const Scene& scene, const MotionRun& run) {
+  Json tolerance = Json::object();
+  int asked = 0, met = 0, by_depth = 0, by_dofs = 0;
+  double worst = 0.0;
+  for (const MotionFrame& frame : run.frames) {
+    const FrameReport& f = frame.report.frame;
+    if (f.at_rest) continue;
+    ++asked;
+    met += f.tolerance_met;
+    by_depth += !f.tolerance_met && f.limit == AdaptLimit::depth;
+    by_dofs += !f.tolerance_met && f.limit == AdaptLimit::dofs;
+    worst = larger(worst, f.tolerance_ratio);
+  }
+  const bool known = asks_for_tolerance(scene);
+  const char* why_not = known ? "the body was at rest in all frames" : no_tolerance;
+  put(tolerance, "asked_frames", known, asked, why_not);
+  put(tolerance, "met_frames", known, met, why_not);
+  put(tolerance, "share", known && asked > 0, asked > 0 ? static_cast<double>(met) / asked : 0.0, why_not);
+  put(tolerance, "worst", known && asked > 0 && std::isfinite(worst), worst, known && asked > 0 ? no_energy : why_not);
+  put(tolerance, "frames_limited_by_depth", known, by_depth, why_not);
+  put(tolerance, "frames_limited_by_dofs", known, by_dofs, why_not);
+  return tolerance;
+}
+
+Json popping_summary(const Scene& scene, const MotionRun& run) {
+  Json popping = Json::object();
+  const bool adapts = scene.dynamics->adapt.has_value();
+  int changes = 0, toggles = 0;
+  double cell_seconds = 0.0, largest_force = 0.0;
+  for (const MotionFrame& frame : run.frames) {
+    const FrameReport& f = frame.report.frame;
+    changes += f.refined > 0 || f.coarsened > 0;
+    toggles += f.toggles;
+    cell_seconds += f.cells * scene.dynamics->time_step;
+    largest_force = std::max(largest_force, std::abs(frame.report.force));
+  }
+  put(popping, "release_frames", adapts, adapts ? scene.dynamics->adapt->release : 0, no_adapt);
+  put(popping, "mesh_changes", adapts, changes, no_adapt);
+  put(popping, "toggles", adapts, toggles, no_adapt);
+  put(popping, "toggles_per_cell_and_second", adapts && cell_seconds > 0.0,
+      cell_seconds > 0.0 ? toggles / cell_seconds : 0.0, adapts ? "no time has passed" : no_adapt);
+  const bool checked = scene.dynamics->check_popping && largest_force > 0.0;
+  const char* why_not = scene.dynamics->check_popping ? "there was no force" : "check_popping = false";
+  const PoppingSummary summary = summarize(run.mesh_changes);
+  const double unit = checked ? 1.0 / largest_force : 0.0;
+  put(popping, "judged_changes", scene.dynamics->check_popping, summary.judged, why_not);
+  put(popping, "largest_excess", checked, unit * summary.largest_excess, why_not);
+  put(popping, "largest_step", checked, unit * summary.largest_step, why_not);
+  put(popping, "largest_asked", checked, unit * summary.largest_asked, why_not);
+  return popping;
+}
+
+}  // namespace finegauge
