@@ -2,8 +2,6 @@
 
 #include <array>
 #include <cmath>
-#include <fstream>
-#include <stdexcept>
 
 namespace finegauge {
 namespace {
@@ -29,12 +27,6 @@ void explain_missing(Json& object, const std::string& reason) {
 }
 
 }  // namespace
-
-PaperNumbers::PaperNumbers(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  numbers_ = Json::parse(in, nullptr, false);
-  if (!numbers_.is_object()) throw std::runtime_error(file.string() + ": cannot be read");
-}
 
 LshapeFindings find_lshape_findings(const LshapeSequences& study, const PaperNumbers& paper) {
   const auto eta = [](const LshapeStep& step) { return step.eta; };

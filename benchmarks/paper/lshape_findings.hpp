@@ -1,29 +1,17 @@
 #pragma once
 
-#include <filesystem>
 #include <functional>
 #include <map>
 #include <string>
 #include <vector>
 
 #include "benchmarks/paper/lshape_sequences.hpp"
+#include "benchmarks/paper/paper_numbers.hpp"
 #include "benchmarks/program/result_document.hpp"
 
 namespace finegauge {
 
 inline constexpr std::array lshape_schemes = {LshapeScheme::uniform, LshapeScheme::adaptive, LshapeScheme::directional};
-
-/// The paper's numbers, by key.
-class PaperNumbers {
- public:
-  /// Throws std::runtime_error when the file cannot be read.
-  explicit PaperNumbers(const std::filesystem::path& file);
-  std::string operator()(const std::string& key) const { return numbers_.at(key).at("value").dump(); }
-  double value(const std::string& key) const { return numbers_.at(key).at("value").get<double>(); }
-
- private:
-  Json numbers_;
-};
 
 /// An error at which the schemes are compared.
 struct LshapeTarget {

@@ -123,7 +123,7 @@ StudyResult lshape_study(const StudyContext& context) {
   study.options = run_options;
   StudyResult result;
   const std::filesystem::path data = std::filesystem::path(FINEGAUGE_SOURCE_DIR) / "reference_data";
-  const PaperNumbers paper(data / "paper" / "lshape.json");
+  const PaperNumbers paper = paper_numbers("lshape");
   StoredReference reference = read_lshape_reference(data / "exact" / "lshape.json");
   std::string reference_method = "stored in reference_data/exact/lshape.json, recomputed by --full";
   // Where on the way from 0 to 1 each stage ends.

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <sstream>
+#include <utility>
 
 #include "benchmarks/program/study.hpp"
 
@@ -52,6 +53,20 @@ std::vector<std::string> comparison_table(const std::vector<ComparisonRow>& rows
   for (const int w : widths) rule += std::string(static_cast<std::size_t>(w) + 1, '-') + "+-";
   lines.push_back(rule + std::string(static_cast<std::size_t>(shown_width(header.why)), '-'));
   for (const ComparisonRow& row : rows) add(row);
+
+  std::vector<std::pair<std::string, std::string>> told;
+  int longest = 0;
+  for (const ComparisonRow& row : rows) {
+    if (row.place.empty() || std::ranges::find(told, std::pair(row.paper, row.place)) != told.end()) continue;
+    told.emplace_back(row.paper, row.place);
+    longest = std::max(longest, shown_width(row.paper));
+  }
+  if (!told.empty()) lines.insert(lines.end(), {"", "where the paper has it:"});
+  for (const auto& [entry, place] : told) {
+    const std::vector<std::string> wrapped_place = wrapped(place, std::max(24, width - longest - 4));
+    for (std::size_t i = 0; i < wrapped_place.size(); ++i)
+      lines.push_back("  " + padded(i ? "" : entry, longest) + "  " + wrapped_place[i]);
+  }
   return lines;
 }
 

@@ -56,8 +56,10 @@ std::span<const Study> paper_studies();
 /// A row of the terminal's table.
 struct ComparisonRow {
   std::string quantity, paper, here, why;
+  std::string place = {};  ///< in the paper, of its number or words; empty: not told
 };
 /// Aligned lines with a header "quantity | paper | here | why they differ"; the last column is wrapped at `width`.
+/// Below them, once each, the paper's entries whose place is given, with it.
 std::vector<std::string> comparison_table(const std::vector<ComparisonRow>& rows, int width = 118);
 
 }  // namespace finegauge
