@@ -77,6 +77,11 @@ void corner_values_to_coefficients(Eigen::Matrix<double, rows, 8>& v) {
     }
 }
 
+/// Centres whose extents differ by more than this lie in a plane but for the round-off of their coordinates, which is
+/// 1e-15 of a patch of a body of ten cells and a thousand times that for one far from the origin. Patches of the
+/// flattest cells, 1:10⁶, are well above.
+constexpr double flattest_patch = 1e-10;
+
 constexpr std::array<int, 4> linear_terms = {0, 1, 2, 4};
 
 }  // namespace
@@ -107,7 +112,7 @@ PatchPolynomial fit_patch(std::span<const int> cells, const Eigen::Matrix3Xd& ce
     high = high.cwiseMax(y);
   }
   const Eigen::Vector3d half = 0.5 * (high - low);
-  if (!(half.minCoeff() > 0.0)) return p;  // coplanar
+  if (!(half.minCoeff() > flattest_patch * half.maxCoeff())) return p;  // coplanar
   p.origin = first + axes * (0.5 * (low + high));
   p.to_patch = half.cwiseInverse().asDiagonal() * to_axes;
 

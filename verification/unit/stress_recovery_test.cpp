@@ -260,6 +260,27 @@ TEST_CASE("a boundary node takes the mean of the polynomials of the inner nodes 
   REQUIRE(checked >= 98);  // the surface nodes of 4 × 4 × 4 cells
 }
 
+TEST_CASE("centres in a plane but for the round-off of their coordinates determine no polynomial across it",
+          "[recovery]") {
+  // As in a lattice whose cell size is no sum of a few powers of two, where equal coordinates differ in their last bit.
+  const double off = GENERATE(0.0, 0x1p-57, 0x1p-50);
+  CAPTURE(off);
+  Eigen::Matrix3Xd centres(3, 6);
+  centres << 0.0, 0.024, 0.048, 0.0, 0.024, 0.048,  //
+      0.0, 0.0, 0.0, 0.024, 0.024, 0.024,           //
+      0.012, 0.012 + off, 0.012, 0.012 - off, 0.012, 0.012 + off;
+  VoigtColumns values(6, 6);
+  for (int cell = 0; cell < 6; ++cell) values.col(cell).setConstant(cell);
+  const std::vector<int> cells = {0, 1, 2, 3, 4, 5};
+  const PatchPolynomial p = fit_patch(cells, centres, values, Eigen::Matrix3d::Identity(), PatchBasis::linear);
+  CHECK(p.basis == PatchBasis::mean);
+  CHECK(p({0.03, 0.01, 0.024}) == Voigt::Constant(2.5));
+  // Cells as flat as 1 : 10^6 do determine it.
+  centres.row(2) << 0.0, 1e-8, 0.0, 0.0, 0.0, 1e-8;
+  const PatchPolynomial flat = fit_patch(cells, centres, values, Eigen::Matrix3d::Identity(), PatchBasis::linear);
+  CHECK(flat.basis == PatchBasis::linear);
+}
+
 TEST_CASE("a poorly determined patch gives boundary nodes its linear polynomial", "[recovery]") {
   // Eight unlike cells around the middle of the box, two of them small corners of refined ones: the eight-term fit is
   // good enough for the node itself and not for the far corner of the box, one large cell away.
