@@ -70,7 +70,7 @@ void NeedleContacts::choose_lateral(const Needle& needle, const TissueView& tiss
     for (const int corner : {1, 2, third})
       edge = std::max(edge, (mesh.nodes.col(corners[corner]) - mesh.nodes.col(corners[0])).norm());
     const bool is_tip = i == active_ - 1 && tip_has_point();
-    const bool is_entry = i == entry_index && (here < last || is_tip);
+    const bool is_entry = i == entry_index && last - here >= least_advance * rules_.cut_advance;
     point.holds_across = is_tip || is_entry || (last - here >= 0.5 * edge && here - entry >= 0.5 * edge);
     if (point.holds_across) last = here;
   }

@@ -12,9 +12,6 @@
 namespace finegauge {
 namespace {
 
-/// A cut that ends sooner than this share of d_c leaves no point of its own: two points so close would hold the needle
-/// twice at one place.
-constexpr double least_advance = 0.25;
 /// Motion in one step, over d_c, below which the tip counts as neither advancing nor going back: the solver's tolerance
 /// must not toggle states.
 constexpr double least_motion = 1e-6;

@@ -134,6 +134,10 @@ class NeedleContacts {
     return state_ == TipState::touch || state_ == TipState::stick || state_ == TipState::cut;
   }
 
+  /// A cut that ends sooner than this share of d_c leaves no point of its own, and an entry nearer to the tip's point
+  /// does not hold the needle across: two points so close would hold it twice at one place.
+  static constexpr double least_advance = 0.25;
+
   ContactRules rules_;
   TipState state_ = TipState::outside;
   std::vector<PathPoint> points_;
