@@ -44,8 +44,12 @@ std::vector<std::string> notes_on_problem(const Scene& scene, const Tissue& tiss
       fastest_speed(scene.needle->drive) * scene.dynamics->time_step > 0.25 * scene.needle->contact.cut_advance)
     notes.emplace_back(
         "the base advances by more than a quarter of cut_advance in a frame: the tip is held a whole frame at each "
-        "place "
-        "where it sticks, and its force overshoots; shorten time_step");
+        "place where it sticks, and its force overshoots; shorten time_step");
+  if (scene.needle && (scene.needle->tip - scene.needle->base).norm() >
+                          (1.0 + 1e-9) * scene.needle->elements * scene.needle->contact.cut_advance)
+    notes.emplace_back(
+        "the needle's elements are longer than cut_advance: the points along the shaft outnumber what can bend between "
+        "them, and may lock it; more elements, or longer cuts");
   if (scene.material.kinematics == Kinematics::linear)
     notes.emplace_back("linear kinematics: cells that turn by more than a few degrees swell; corotational ones do not");
   if (scene.dynamics->step.newton_iterations == 1 && scene.material.kinematics == Kinematics::corotational)
