@@ -128,7 +128,7 @@ struct StepSolver::State {
         options.linear.relative_residual * options.linear.relative_residual * reference * reference;
     rules.iterations = options.linear.iterations;
     rules.least_iterations = rows() > 0 ? 1 : 0;
-    rules.stagnation = 0.25;
+    rules.stagnation = 0.25;  // a half of the norm: a restart that gains less meets round-off
     return conjugate_gradients(parts, b, rules, vectors, x);
   }
 };
