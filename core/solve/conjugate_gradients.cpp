@@ -7,7 +7,8 @@ namespace finegauge {
 SolveReport conjugate_gradients(const ConjugateGradientParts& parts, const Eigen::VectorXd& b,
                                 const ConjugateGradientRules& rules, ConjugateGradientVectors& vectors,
                                 Eigen::VectorXd& x) {
-  auto& [r, z, p, Ap] = vectors;
+  // Not by a structured binding: clang before 16 lets no lambda refer to one.
+  Eigen::VectorXd &r = vectors.r, &z = vectors.z, &p = vectors.p, &Ap = vectors.Ap;
   SolveReport report;
   double residual = 0.0, rz = 0.0, last_checked = INFINITY;
   bool checked = false;  // r is b - A x and not its recursion
