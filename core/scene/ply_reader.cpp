@@ -120,7 +120,7 @@ class Body {
 }
 
 /// The element of this name, which must be there once and hold one or more.
-const PlyElement& element_of(const std::string& file, const PlyHeader& header, const std::string& name) {
+const PlyElement& element_of(const std::string& file, const PlyHeader& header, const char* name) {
   const PlyElement* found = nullptr;
   for (const PlyElement& element : header.elements) {
     if (element.name != name) continue;
