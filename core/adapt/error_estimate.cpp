@@ -1,5 +1,6 @@
 #include "core/adapt/error_estimate.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -83,8 +84,24 @@ Eigen::Vector3d directional_shares(const Material& material, const std::array<La
   return share / sum;
 }
 
-CellError hexahedron_error(const Material& material, const CellGeometry& geometry, const double* stress,
-                           const std::array<Lanes, 8>& recovered_at_corners) {
+/// Quadrature weights over the part of a cell that is material, as if it filled the cell [m³]: positive, and with its
+/// mean place where that lies between the quadrature points. The error at the far end of a cell, where its material is
+/// not, counts little then.
+std::array<double, 8> weights_at_material(const CellGeometry& geometry, const MaterialMeans& means) {
+  const double low = quadrature_point(CellShape::hexahedron, 0)[0],
+               high = quadrature_point(CellShape::hexahedron, 7)[0];
+  Eigen::Vector3d upper;
+  for (int axis = 0; axis < 3; ++axis) upper[axis] = std::clamp((means[axis] - low) / (high - low), 0.0, 1.0);
+  std::array<double, 8> weights;
+  for (int q = 0; q < 8; ++q) {
+    weights[q] = geometry.volume;
+    for (int axis = 0; axis < 3; ++axis) weights[q] *= (q >> axis) & 1 ? upper[axis] : 1.0 - upper[axis];
+  }
+  return weights;
+}
+
+CellError hexahedron_error(const Material& material, const CellGeometry& geometry, const std::array<double, 8>& weights,
+                           const double* stress, const std::array<Lanes, 8>& recovered_at_corners) {
   std::array<Lanes, 8> error = recovered_at_corners;
   interpolate_to_quadrature(error);
   ComplementaryEnergy error_squared, energy;
@@ -95,8 +112,8 @@ CellError hexahedron_error(const Material& material, const CellGeometry& geometr
     else
       sigma << Eigen::Map<const Eigen::Array<double, 6, 1>>(stress + 6 * q), 0.0, 0.0;
     error[q] = sigma - error[q];
-    error_squared.add(geometry.weights[q], error[q]);
-    energy.add(geometry.weights[q], sigma);
+    error_squared.add(weights[q], error[q]);
+    energy.add(weights[q], sigma);
   }
   CellError result{error_squared.value(material), energy.value(material), equal_shares};
   result.direction = directional_shares(material, error, geometry.volume, result.error_squared);
@@ -141,9 +158,13 @@ ErrorEstimate estimate_error_spr(const Discretization& d, const Eigen::Matrix3Xd
     const CellGeometry& geometry = d.shapes.geometry(mesh, cell, scratch);
     for (int c = 0; c < corner_count(mesh.shape); ++c) recovered[c] = nodal.col(mesh.cells[cell][c]);
     const double* stress = stresses.quadrature.data() + doubles_per_cell * cell;
-    const CellError error = hexahedra ? hexahedron_error(material, geometry, stress, recovered)
-                                      : tetrahedron_error(material, geometry, stress, recovered);
     const double share = material_share(mesh, cell);
+    const bool placed = share < 1.0 && !mesh.means.empty();
+    const CellError error =
+        !hexahedra ? tetrahedron_error(material, geometry, stress, recovered)
+                   : hexahedron_error(material, geometry,
+                                      placed ? weights_at_material(geometry, mesh.means[cell]) : geometry.weights,
+                                      stress, recovered);
     estimate.eta[cell] = std::sqrt(share * error.error_squared);
     estimate.direction.col(cell) = error.direction;
     total_squared += share * error.error_squared;

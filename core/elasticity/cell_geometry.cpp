@@ -1,6 +1,7 @@
 #include "core/elasticity/cell_geometry.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 
 namespace finegauge {
@@ -174,6 +175,13 @@ CellMatrix tetrahedron_stiffness(const CellGeometry& geometry, const Material& m
   return K;
 }
 
+/// Rows of the gradients, all corners at once.
+std::array<Eight, 3> by_component(const Gradients& gradients) {
+  std::array<Eight, 3> rows;
+  for (int i = 0; i < 3; ++i) rows[i] = gradients.row(i).transpose().array();
+  return rows;
+}
+
 }  // namespace
 
 Eigen::Vector3d quadrature_point(CellShape shape, int q) {
@@ -188,6 +196,46 @@ CellGeometry cell_geometry(CellShape shape, const CellVectors& corners) {
 CellMatrix cell_stiffness(CellShape shape, const CellGeometry& geometry, const Material& material) {
   return shape == CellShape::hexahedron ? hexahedron_stiffness(geometry, material)
                                         : tetrahedron_stiffness(geometry, material);
+}
+
+Gradients material_gradients(const CellVectors& corners, const MaterialMeans& means) {
+  const Eigen::Vector3d edges = corners.col(7) - corners.col(0);
+  Gradients average;
+  for (int axis = 0; axis < 3; ++axis) {
+    const int l = (axis + 1) % 3, m = (axis + 2) % 3;
+    const double product = means[3 + axis];  // of the two coordinates across
+    for (int a = 0; a < 8; ++a) {
+      const bool high_l = (a >> l) & 1, high_m = (a >> m) & 1;
+      const double across = high_l && high_m ? product
+                            : high_l         ? means[l] - product
+                            : high_m         ? means[m] - product
+                                             : 1.0 - means[l] - means[m] + product;
+      average(axis, a) = ((a >> axis) & 1 ? across : -across) / edges[axis];
+    }
+  }
+  return average;
+}
+
+CellMatrix partial_stiffness(const CellGeometry& geometry, const CellMatrix& full, const Gradients& average,
+                             double share, const Material& material) {
+  const double scale = std::max(share, least_stiffness_share), weight = share * geometry.volume;
+  const double mu = weight * material.mu(), lambda = weight * material.lambda();
+  const std::array<Eight, 3> g = by_component(average), f = by_component(geometry.mean_gradients);
+  CellMatrix K;
+  for (int b = 0; b < 8; ++b) {
+    const Eight trace =
+        mu * ((g[0] * g[0][b] + g[1] * g[1][b] + g[2] * g[2][b]) - (f[0] * f[0][b] + f[1] * f[1][b] + f[2] * f[2][b]));
+    for (int j = 0; j < 3; ++j) {
+      const double* from = full.data() + 24 * (3 * b + j);
+      double* column = K.data() + 24 * (3 * b + j);
+      for (int i = 0; i < 3; ++i) {
+        Eight entry = lambda * (g[i] * g[j][b] - f[i] * f[j][b]) + mu * (g[j] * g[i][b] - f[j] * f[i][b]);
+        if (i == j) entry += trace;
+        for (int a = 0; a < 8; ++a) column[3 * a + i] = scale * from[3 * a + i] + entry[a];
+      }
+    }
+  }
+  return K;
 }
 
 }  // namespace finegauge

@@ -33,6 +33,22 @@ CellGeometry cell_geometry(CellShape shape, const CellVectors& corners);
 ///   Dilatation::mean),  g = gradients of the shape functions. Tetrahedra have constant gradients: both agree.
 CellMatrix cell_stiffness(CellShape shape, const CellGeometry& geometry, const Material& material);
 
+/// Gradients averaged over the material of a hexahedron along the axes: what ∮ N n dA over the material's surface,
+/// walls of the cell included, is by the divergence theorem.
+Gradients material_gradients(const CellVectors& corners, const MaterialMeans& means);
+
+/// Stiffness [N/m] of a hexahedron that is filled in part. A cell's energy has a part of the mean strain and one of
+/// what the strain varies by:
+///   K = s V B̄ᵀ D B̄ + s (K_full - V B̄_fᵀ D B̄_f) + max(0, s_min - s) K_full,
+/// s the share of material, B̄ from the gradients averaged over the material and B̄_f over the whole cell, s_min
+/// least_stiffness_share. All parts are positive semidefinite, however the surface cuts, and only rigid motions have no
+/// energy. A body under uniform stress, loaded on its true surface, is exact (but for the part of s_min). Had the share
+/// alone scaled K_full, as if the material lay evenly, the cells at the surface would be out of balance by as much as
+/// their stress: a layer with errors of order one, and an energy error that falls with the root of the cell size only.
+/// Varying strain counts as if the material lay evenly: a term of second order.
+CellMatrix partial_stiffness(const CellGeometry& geometry, const CellMatrix& full, const Gradients& average,
+                             double share, const Material& material);
+
 /// Rest shapes of a mesh. Cells that are translates of one another (to 2^-42 of their size) share one entry, which is
 /// what makes the assembly of refined boxes cheap; a shape that only one cell has is not kept but computed on use.
 /// Of shared shapes the first cell in mesh order is the representative, so nothing depends on history.
@@ -42,8 +58,8 @@ class RestShapes {
     CellGeometry geometry;
     CellMatrix stiffness;
   };
-  /// A cell as it is: its geometry, and its stiffness times the cell's stiffness_share (mesh.hpp). Here the share
-  /// enters all stiffnesses, forces and energies, and nowhere else.
+  /// A cell as it is: its geometry, and its stiffness, partial_stiffness where it is not full. Here the share of
+  /// material enters all stiffnesses, forces and energies, and nowhere else.
   struct CellView {
     const CellGeometry& geometry;
     const CellMatrix& stiffness;
@@ -60,6 +76,8 @@ class RestShapes {
 
  private:
   Material material_;
+  CellMatrix stiffness_of(const Mesh& mesh, int cell, const CellGeometry& geometry, const CellMatrix& full) const;
+
   std::vector<int> shared_of_;  // per cell; -1 where the shape is the cell's own
   std::vector<Entry> shared_;
 };

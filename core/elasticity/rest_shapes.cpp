@@ -91,17 +91,25 @@ RestShapes::RestShapes(const Mesh& mesh, const Material& material) : material_(m
   }
 }
 
+CellMatrix RestShapes::stiffness_of(const Mesh& mesh, int cell, const CellGeometry& geometry,
+                                    const CellMatrix& full) const {
+  const Gradients average = mesh.means.empty()
+                                ? geometry.mean_gradients
+                                : material_gradients(corner_values(mesh, cell, mesh.nodes), mesh.means[cell]);
+  return partial_stiffness(geometry, full, average, material_share(mesh, cell), material_);
+}
+
 RestShapes::CellView RestShapes::entry(const Mesh& mesh, int cell, Entry& scratch) const {
-  const double share = stiffness_share(mesh, cell);
+  const bool whole = material_share(mesh, cell) == 1.0;
   if (shared_of_[cell] >= 0) {
     const Entry& shared = shared_[shared_of_[cell]];
-    if (share == 1.0) return {shared.geometry, shared.stiffness};
-    scratch.stiffness = share * shared.stiffness;
+    if (whole) return {shared.geometry, shared.stiffness};
+    scratch.stiffness = stiffness_of(mesh, cell, shared.geometry, shared.stiffness);
     return {shared.geometry, scratch.stiffness};
   }
   scratch.geometry = cell_geometry(mesh.shape, corner_values(mesh, cell, mesh.nodes));
   scratch.stiffness = cell_stiffness(mesh.shape, scratch.geometry, material_);
-  if (share != 1.0) scratch.stiffness *= share;
+  if (!whole) scratch.stiffness = stiffness_of(mesh, cell, scratch.geometry, scratch.stiffness);
   return {scratch.geometry, scratch.stiffness};
 }
 

@@ -38,4 +38,11 @@ double integrated_share(const ImmersedBody& body, const BoundingBox& box);
 double material_share(const ImmersedBody& body, const LeafFrame& frame);
 double rounded_share(double integrated);
 
+/// Where in the box the material lies, from integrals of the same kind: with f one of the six (MaterialMeans),
+/// F = (0, 0, ∫ f dz from z0 to clamp(z, z0, z1)). Precondition as there, and the share is neither 0 nor 1.
+MaterialMeans integrated_means(const ImmersedBody& body, const BoundingBox& box);
+/// Those of a leaf whose share is given; within [0, 1] each. A leaf too deep to integrate (material_share) is taken as
+/// full.
+MaterialMeans material_means(const ImmersedBody& body, const LeafFrame& frame, double share);
+
 }  // namespace finegauge

@@ -44,6 +44,11 @@ struct NodeIdentity {
   bool operator==(const NodeIdentity&) const = default;
 };
 
+/// Averages over the material in a hexahedral cell: of its natural coordinates ξ, η, ζ, and of ηζ, ζξ, ξη. With them
+/// the average of each shape function's gradient is known, wherever in its cell the material lies.
+using MaterialMeans = std::array<double, 6>;
+inline constexpr MaterialMeans means_of_full_cell = {0.5, 0.5, 0.5, 0.25, 0.25, 0.25};
+
 /// Leaf cells of the current refinement, at rest, all of one shape. Knows no dofs and no solution.
 /// The numbering of cells and nodes follows from the refinement alone, not from the order in which it came about.
 struct Mesh {
@@ -57,6 +62,7 @@ struct Mesh {
   std::vector<BoundaryFace> boundary;               ///< ascending by cell and face
   std::vector<double> fraction;                     ///< per cell, share of its volume that is material, 0 to 1; empty:
                                                     ///< all cells are full
+  std::vector<MaterialMeans> means;                 ///< per cell; empty: material lies evenly in all cells
 
   int cell_count() const { return static_cast<int>(cells.size()); }
   int node_count() const { return static_cast<int>(nodes.cols()); }
@@ -66,9 +72,6 @@ struct Mesh {
 /// estimate take the share of material itself.
 inline constexpr double least_stiffness_share = 0.01;
 inline double material_share(const Mesh& mesh, int cell) { return mesh.fraction.empty() ? 1.0 : mesh.fraction[cell]; }
-inline double stiffness_share(const Mesh& mesh, int cell) {
-  return std::max(material_share(mesh, cell), least_stiffness_share);
-}
 
 /// Cells around each node: cells[start[i]] .. cells[start[i + 1] - 1] have node i as a corner, ascending.
 struct NodeCells {

@@ -22,8 +22,10 @@ RefinementForest::RefinementForest(BaseMesh base) : base_(std::move(base)) {
   leaf_count_ = static_cast<int>(base_.cells.size());
   cells_.reserve(base_.cells.size());
   for (int cell = 0; cell < leaf_count_; ++cell) {
-    cells_.push_back({-1, -1, cell, 0, {{1, 1, 1}}, {1, 1, 1}, 1.0});
-    if (base_.body) cells_.back().share = base_.body->share[cell];
+    cells_.push_back({-1, -1, cell, 0, {{1, 1, 1}}, {1, 1, 1}, 1.0, means_of_full_cell});
+    if (!base_.body) continue;
+    cells_.back().share = base_.body->share[cell];
+    cells_.back().means = material_means(*base_.body, base_frame(base_.shape, cell), cells_.back().share);
   }
 }
 
@@ -58,16 +60,25 @@ void RefinementForest::refine(int leaf, RefinementTemplate refinement) {
   } else {
     cells_.resize(cells_.size() + count);
   }
-  Cell child{
-      leaf, -1, cells_[leaf].base, cells_[leaf].depth + 1, {{1, 1, 1}}, cells_[leaf].per_edge, cells_[leaf].share};
+  Cell child{leaf,
+             -1,
+             cells_[leaf].base,
+             cells_[leaf].depth + 1,
+             {{1, 1, 1}},
+             cells_[leaf].per_edge,
+             cells_[leaf].share,
+             means_of_full_cell};
   for (int axis = 0; axis < 3; ++axis) child.per_edge[axis] *= refinement.divisions[axis];
   std::fill_n(cells_.begin() + first, count, child);
   cells_[leaf].first_child = first;
   cells_[leaf].refinement = refinement;
   leaf_count_ += count - 1;
   if (base_.body && 0.0 < child.share && child.share < 1.0)
-    for (int k = first; k < first + count; ++k)
-      cells_[k].share = material_share(*base_.body, hexahedron_frame(*this, k));
+    for (int k = first; k < first + count; ++k) {
+      const LeafFrame frame = hexahedron_frame(*this, k);
+      cells_[k].share = material_share(*base_.body, frame);
+      cells_[k].means = material_means(*base_.body, frame, cells_[k].share);
+    }
 }
 
 bool RefinementForest::can_coarsen(int handle) const {
@@ -184,7 +195,10 @@ struct MeshBuilder {
     mesh.cells.push_back(nodes);
     mesh.frames.push_back(frame);
     mesh.forest_cell.push_back(handle);
-    if (forest.base().body) mesh.fraction.push_back(forest.cell(handle).share);
+    if (forest.base().body) {
+      mesh.fraction.push_back(forest.cell(handle).share);
+      mesh.means.push_back(forest.cell(handle).means);
+    }
     for (int f = 0; f < face_count(mesh.shape); ++f) {
       const auto& view = forest.topology().cell_faces[frame.base_cell][f];
       if (forest.topology().face_cells[view.face][1].cell >= 0) continue;

@@ -27,9 +27,10 @@ class RefinementForest {
     int first_child;  ///< -1 for a leaf; children are consecutive, the first axis runs fastest
     int base;         ///< base cell
     int depth;
-    RefinementTemplate refinement;          ///< of a cell that is not a leaf
-    std::array<std::uint64_t, 3> per_edge;  ///< cells of this size along each axis of the base cell
-    double share = 1.0;                     ///< of the cell's volume that is material; 1 without an immersed body
+    RefinementTemplate refinement;             ///< of a cell that is not a leaf
+    std::array<std::uint64_t, 3> per_edge;     ///< cells of this size along each axis of the base cell
+    double share = 1.0;                        ///< of the cell's volume that is material; 1 without an immersed body
+    MaterialMeans means = means_of_full_cell;  ///< where that material lies
   };
 
   /// Throws std::invalid_argument when the mesh is not sound or does not fit its immersed body.
@@ -47,7 +48,7 @@ class RefinementForest {
 
   /// Whether the leaf's children still lie on the lattice (mesh.hpp, lattice_unit). Tetrahedra know 2x2x2 only.
   bool can_refine(int leaf, RefinementTemplate refinement) const;
-  /// Replaces a leaf by its children. Precondition: can_refine. With an immersed body each child's share of material
+  /// Replaces a leaf by its children. Precondition: can_refine. With an immersed body where each child's material lies
   /// is integrated here, once; the children of a full or empty cell are full or empty.
   void refine(int leaf, RefinementTemplate refinement);
   /// Whether the cell has children and all of them are leaves.

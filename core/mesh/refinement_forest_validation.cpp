@@ -16,6 +16,8 @@ std::string bad_share(const RefinementForest& forest, int handle) {
   const bool inherited = parent == 0.0 || parent == 1.0;
   if (cell.share != (inherited ? parent : material_share(*body, hexahedron_frame(forest, handle))))
     return " does not have the share of material that lies in it";
+  if (cell.means != material_means(*body, hexahedron_frame(forest, handle), cell.share))
+    return " does not have its material where that lies";
   return {};
 }
 

@@ -56,6 +56,32 @@ std::vector<double> shares_in(const HalfSpace& half_space, const Mesh& mesh) {
   return shares;
 }
 
+std::vector<MaterialMeans> means_in(const HalfSpace& half_space, const Mesh& mesh) {
+  constexpr int parts = 8;
+  std::vector<MaterialMeans> all(mesh.cells.size(), means_of_full_cell);
+  for (int cell = 0; cell < mesh.cell_count(); ++cell) {
+    const Eigen::Vector3d low = mesh.nodes.col(mesh.cells[cell][0]);
+    const Eigen::Vector3d edges = (mesh.nodes.col(mesh.cells[cell][7]) - low) / parts;
+    double sum = 0.0;
+    MaterialMeans means{};
+    for (int box = 0; box < parts * parts * parts; ++box) {
+      const Eigen::Vector3d at(box % parts, box / parts % parts, box / (parts * parts));
+      const Eigen::Vector3d from = low + at.cwiseProduct(edges);
+      const double share = share_of_box(half_space, from, from + edges);
+      const Eigen::Vector3d xi = (at.array() + 0.5) / parts;
+      sum += share;
+      for (int axis = 0; axis < 3; ++axis) {
+        means[axis] += share * xi[axis];
+        means[3 + axis] += share * xi[(axis + 1) % 3] * xi[(axis + 2) % 3];
+      }
+    }
+    if (!(sum > 0.0)) continue;
+    for (double& mean : means) mean /= sum;
+    all[cell] = means;
+  }
+  return all;
+}
+
 BaseMesh reached_part(const HalfSpace& half_space, const BaseMesh& box) {
   BaseMesh part{.shape = box.shape, .nodes = {}, .cells = {}, .surfaces = {}, .regions = {}, .body = {}};
   std::vector<int> new_cell(box.cells.size(), -1), new_node(static_cast<std::size_t>(box.nodes.cols()), -1);

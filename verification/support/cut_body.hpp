@@ -21,6 +21,8 @@ struct HalfSpace {
 double share_of_box(const HalfSpace& half_space, const Eigen::Vector3d& low, const Eigen::Vector3d& high);
 /// The same per cell of a mesh whose cells are such boxes.
 std::vector<double> shares_in(const HalfSpace& half_space, const Mesh& mesh);
+/// Where in each cell the material lies, by the shares of 8 × 8 × 8 boxes in it: to a hundredth of a cell.
+std::vector<MaterialMeans> means_in(const HalfSpace& half_space, const Mesh& mesh);
 
 /// The cells of a hexahedral box that the half space reaches, with the box's surfaces as far as they remain; the new
 /// boundary where cells are left out has no name.

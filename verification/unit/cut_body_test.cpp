@@ -35,6 +35,7 @@ struct CutBody {
     problem.supports = {{"x_min", std::nullopt, {}}};
     Mesh leaves = forest.leaf_mesh();
     leaves.fraction = shares_in(cut, leaves);
+    leaves.means = means_in(cut, leaves);
     mesh = build_tissue_mesh(forest, std::move(leaves), problem);
   }
   static BaseMesh base_of(const HalfSpace& cut, int lattice) {
@@ -163,7 +164,10 @@ TEST_CASE("multigrid on a cut body: shares of their own for the coarse meshes", 
     MeshHierarchy hierarchy = build_hierarchy(body.forest, d, body.problem.supports);
     REQUIRE(hierarchy.coarse.size() == 2);
     for (Discretization& coarse : hierarchy.coarse)
-      if (shares_of_their_own) coarse.mesh.fraction = shares_in(body.half_space, coarse.mesh);
+      if (shares_of_their_own) {
+        coarse.mesh.fraction = shares_in(body.half_space, coarse.mesh);
+        coarse.mesh.means = means_in(body.half_space, coarse.mesh);
+      }
     const BlockMatrix<double> K = body.stiffness();
     FactorCache factors;
     Multigrid multigrid(d, K, Eigen::Matrix3Xd::Zero(3, d.mesh.node_count()), hierarchy, factors);
