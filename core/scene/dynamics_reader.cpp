@@ -30,6 +30,15 @@ FrameAdaptRules read_frame_adapt(const SectionReader& reader, CellShape shape) {
                             plain(rules.coarsen_below) + ", or the mesh would chatter");
   rules.tolerance = reader.number("tolerance");
   rules.local_tolerance = reader.number("local_tolerance");
+  rules.refine_at = reader.number("refine_at");
+  rules.coarsen_at = reader.number("coarsen_at");
+  if (!(rules.coarsen_at < rules.refine_at))
+    reader.refuse(reader.has("coarsen_at") ? "coarsen_at" : "refine_at",
+                  reader.has("coarsen_at")
+                      ? "found " + plain(rules.coarsen_at) + ", allowed a number below refine_at, " +
+                            plain(rules.refine_at) + ", or the mesh would chatter"
+                      : "found " + plain(rules.refine_at) + ", allowed a number above coarsen_at, " +
+                            plain(rules.coarsen_at) + ", or the mesh would chatter");
   rules.energy_floor = reader.number("energy_floor");
   rules.dwell = reader.integer("dwell");
   rules.every = reader.integer("every");

@@ -178,6 +178,15 @@ constexpr SceneKey keys[] = {
     {"adapt", "local_tolerance", KeyType::number, "", KeyRange{.low = 0.0, .high = 1.0, .low_allowed = true}, "", "0.0",
      "of the largest eta_e over the body's energy norm, held as tolerance is; 0: not asked", KeyScope::moving_only,
      adapts_by_steps},
+    {"adapt", "refine_at", KeyType::number, "", KeyRange{.low = 0.0, .high = 1.0, .high_allowed = true}, "", "0.9",
+     "share of a tolerance at which refinement sets in, before it is a miss", KeyScope::moving_only, adapts_by_steps},
+    {"adapt", "coarsen_at", KeyType::number, "",
+     KeyRange{.low = 0.0, .high = 1.0, .low_allowed = true, .why = "and below refine_at, or the mesh would chatter"},
+     "", "0.7",
+     "share of a tolerance that the error predicted after a coarsening may have; nearer to refine_at: fewer cells, "
+     "more "
+     "changes",
+     KeyScope::moving_only, adapts_by_steps},
     {"adapt", "energy_floor", KeyType::number, "J", KeyRange{.low = 0.0, .low_allowed = true}, "", "0.0",
      "a body with less energy (integral of strain : stress) is at rest and only coarsens", KeyScope::moving_only,
      adapts_by_steps},

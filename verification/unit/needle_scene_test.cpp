@@ -78,6 +78,8 @@ TEST_CASE("a scene with a needle has the defaults of the table, and those of one
   REQUIRE(d.adapt.has_value());
   CHECK(d.adapt->refine_above == 0.4);
   CHECK(d.adapt->coarsen_below == 0.05);
+  CHECK(d.adapt->refine_at == 0.9);
+  CHECK(d.adapt->coarsen_at == 0.7);
   CHECK(d.adapt->max_depth == 1);
   CHECK(d.adapt->dwell == 10);
   const SceneNeedle& n = *scene.needle;
@@ -251,6 +253,10 @@ TEST_CASE("a needle scene outside its ranges is refused with line, field, value 
        "34: adapt.theta: found 0.04, allowed a number above coarsen_below, 0.05, or the mesh would chatter"},
       {"theta = 0.4", "theta = 0.4\ncoarsen_below = nan",
        "35: adapt.coarsen_below: found nan, allowed a finite number in"},
+      {"theta = 0.4", "theta = 0.4\ncoarsen_at = 0.9",
+       "35: adapt.coarsen_at: found 0.9, allowed a number below refine_at, 0.9, or the mesh would chatter"},
+      {"theta = 0.4", "theta = 0.4\nrefine_at = 0.5",
+       "35: adapt.refine_at: found 0.5, allowed a number above coarsen_at, 0.7, or the mesh would chatter"},
       {"theta = 0.4", "theta = 0.4\nsteps = 3",
        "35: adapt.steps: found in a moving scene, allowed without [dynamics] only: a moving scene adapts once a frame"},
       {"theta = 0.4", "theta = 0.4\nmarking = \"bulk\"", "35: adapt.marking: found in a moving scene, allowed without"},
