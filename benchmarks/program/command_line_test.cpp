@@ -158,7 +158,7 @@ TEST_CASE("bad usage and bad input end with code 2, a message, and nothing writt
        {"", "unknown", "run", "run --nonsense block.toml", "run missing.toml", "run empty.toml",
         "run block.toml --set material.poisson_ratio=0.6", "run block.toml --set nonsense",
         "run block.toml --threads 0", "run block.toml --set material.colour=3", "run block.toml --quick --full",
-        "run block.toml -o new --vtu 0", "reproduce nonsense -o new", "reproduce liver", "verify", "atlas --help",
+        "run block.toml -o new --vtu 0", "reproduce nonsense -o new", "reproduce tjunctions", "verify", "atlas --help",
         "trade block.toml --rate 30", "help nonsense"}) {
     CAPTURE(arguments);
     const Outcome outcome = shell.run(arguments);

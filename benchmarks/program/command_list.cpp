@@ -56,9 +56,7 @@ const std::vector<PlannedCommand>& planned_commands() {
 }
 
 const std::vector<PlannedCommand>& planned_studies() {
-  static const std::vector<PlannedCommand> studies = {{"tjunctions", "hanging nodes over refined cells, by pattern"},
-                                                      {"liver", "needle insertion into a breathing liver"},
-                                                      {"liver-phantom", "insertion and withdrawal: the force loop"}};
+  static const std::vector<PlannedCommand> studies = {{"tjunctions", "hanging nodes over refined cells, by pattern"}};
   return studies;
 }
 

@@ -4,6 +4,8 @@
 #include <memory>
 
 #include "benchmarks/paper/displacement_field_study.hpp"
+#include "benchmarks/paper/liver_phantom_study.hpp"
+#include "benchmarks/paper/liver_study.hpp"
 #include "benchmarks/paper/lshape_study.hpp"
 #include "benchmarks/paper/phantom_study.hpp"
 #include "benchmarks/program/atomic_file.hpp"
@@ -113,7 +115,11 @@ std::span<const Study> paper_studies() {
        &lshape_study},
       {"displacement-field", "how far a needle drags tissue by friction, on four meshes", &displacement_field_study},
       {"phantom", "needle into a gel block: force over travel on coarse, fine and adaptive meshes, frame rates",
-       &phantom_study}};
+       &phantom_study},
+      {"liver", "needle into a liver that breathes: dofs, error and frame rates, unrefined and within a tolerance",
+       &liver_study},
+      {"liver-phantom", "needle into a liver and out again: the loop of the force on four meshes",
+       &liver_phantom_study}};
   return studies;
 }
 
