@@ -16,7 +16,7 @@ struct NeedleCase {
   std::string name;  ///< of its files
   Scene scene;
   MotionRun run;
-  ForceCurve curve;  ///< to the deepest frame
+  ForceCurve curve;  ///< of all frames
   double mean_dofs = 0.0;
   double unestimated_ms = 0.0;  ///< all frames, without the estimate of a mesh that does not use it
   Insertion insertion;          ///< in its last state

@@ -84,9 +84,9 @@ Eigen::Vector3d directional_shares(const Material& material, const std::array<La
   return share / sum;
 }
 
-/// Quadrature weights over the part of a cell that is material, as if it filled the cell [m³]: positive, and with its
-/// mean place where that lies between the quadrature points. The error at the far end of a cell, where its material is
-/// not, counts little then.
+/// Quadrature weights over the part of a cell that is material, as if it filled the cell [m³]: not negative, and with
+/// its mean place where that lies between the quadrature points. The error at the far end of a cell, where its material
+/// is not, counts little then.
 std::array<double, 8> weights_at_material(const CellGeometry& geometry, const MaterialMeans& means) {
   const double low = quadrature_point(CellShape::hexahedron, 0)[0],
                high = quadrature_point(CellShape::hexahedron, 7)[0];

@@ -9,7 +9,8 @@
 namespace finegauge {
 
 /// Estimated error in the energy norm. Integrals are over the material: a cell counts by its share of it (the stiffness
-/// that slivers keep beyond that is no part of the body), so that a cell without material has η_e = 0.
+/// that slivers keep beyond that is no part of the body), so that a cell without material has η_e = 0. Where it is
+/// known in which part of a cell the material lies, η_e is weighted there; its direction is that of the whole cell.
 struct ErrorEstimate {
   Eigen::VectorXd eta;         ///< per cell, sqrt ∫ (ε_h - ε_s):(σ_h - σ_s) [√J] (paper, eq. of η_e)
   Eigen::Matrix3Xd direction;  ///< per cell, share of η_e² along each of its axes, columns sum to one

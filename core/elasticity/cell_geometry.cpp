@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 namespace finegauge {
@@ -200,6 +201,7 @@ CellMatrix cell_stiffness(CellShape shape, const CellGeometry& geometry, const M
 
 Gradients material_gradients(const CellVectors& corners, const MaterialMeans& means) {
   const Eigen::Vector3d edges = corners.col(7) - corners.col(0);
+  assert((corners.col(1) - corners.col(0)).tail<2>().norm() <= 1e-9 * edges.norm() && edges.minCoeff() > 0.0);
   Gradients average;
   for (int axis = 0; axis < 3; ++axis) {
     const int l = (axis + 1) % 3, m = (axis + 2) % 3;

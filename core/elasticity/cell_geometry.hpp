@@ -33,11 +33,11 @@ CellGeometry cell_geometry(CellShape shape, const CellVectors& corners);
 ///   Dilatation::mean),  g = gradients of the shape functions. Tetrahedra have constant gradients: both agree.
 CellMatrix cell_stiffness(CellShape shape, const CellGeometry& geometry, const Material& material);
 
-/// Gradients averaged over the material of a hexahedron along the axes: what ∮ N n dA over the material's surface,
-/// walls of the cell included, is by the divergence theorem.
+/// Gradients averaged over the material of a hexahedron that is a box along the axes, corners in order: what ∮ N n dA
+/// over the material's surface, walls of the cell included, is by the divergence theorem.
 Gradients material_gradients(const CellVectors& corners, const MaterialMeans& means);
 
-/// Stiffness [N/m] of a hexahedron that is filled in part. A cell's energy has a part of the mean strain and one of
+/// Stiffness [N/m] of a cell that is filled in part. A cell's energy has a part of the mean strain and one of
 /// what the strain varies by:
 ///   K = s V B̄ᵀ D B̄ + s (K_full - V B̄_fᵀ D B̄_f) + max(0, s_min - s) K_full,
 /// s the share of material, B̄ from the gradients averaged over the material and B̄_f over the whole cell, s_min
@@ -59,7 +59,7 @@ class RestShapes {
     CellMatrix stiffness;
   };
   /// A cell as it is: its geometry, and its stiffness, partial_stiffness where it is not full. Here the share of
-  /// material enters all stiffnesses, forces and energies, and nowhere else.
+  /// material enters all elastic forces; mass, body forces and the estimate take it from the mesh.
   struct CellView {
     const CellGeometry& geometry;
     const CellMatrix& stiffness;
@@ -69,15 +69,17 @@ class RestShapes {
 
   /// Shared, or computed into `scratch`; the view lasts until `scratch` is used again.
   CellView entry(const Mesh& mesh, int cell, Entry& scratch) const;
-  /// Geometry alone, for stages that need no stiffness.
+  /// Geometry alone, for stages that need no stiffness. With Dilatation::mean a cell that is filled in part has the
+  /// gradients averaged over its material for its mean ones: in its stiffness the bulk modulus acts on these.
   const CellGeometry& geometry(const Mesh& mesh, int cell, CellGeometry& scratch) const;
   const Material& material() const { return material_; }
   int shared_count() const { return static_cast<int>(shared_.size()); }
 
  private:
-  Material material_;
+  /// partial_stiffness of a cell from that of a full one of its shape.
   CellMatrix stiffness_of(const Mesh& mesh, int cell, const CellGeometry& geometry, const CellMatrix& full) const;
 
+  Material material_;
   std::vector<int> shared_of_;  // per cell; -1 where the shape is the cell's own
   std::vector<Entry> shared_;
 };

@@ -114,8 +114,12 @@ RestShapes::CellView RestShapes::entry(const Mesh& mesh, int cell, Entry& scratc
 }
 
 const CellGeometry& RestShapes::geometry(const Mesh& mesh, int cell, CellGeometry& scratch) const {
-  if (shared_of_[cell] >= 0) return shared_[shared_of_[cell]].geometry;
-  scratch = cell_geometry(mesh.shape, corner_values(mesh, cell, mesh.nodes));
+  const bool placed =
+      material_.dilatation == Dilatation::mean && !mesh.means.empty() && material_share(mesh, cell) < 1.0;
+  if (shared_of_[cell] >= 0 && !placed) return shared_[shared_of_[cell]].geometry;
+  const CellVectors corners = corner_values(mesh, cell, mesh.nodes);
+  scratch = shared_of_[cell] >= 0 ? shared_[shared_of_[cell]].geometry : cell_geometry(mesh.shape, corners);
+  if (placed) scratch.mean_gradients = material_gradients(corners, mesh.means[cell]);
   return scratch;
 }
 

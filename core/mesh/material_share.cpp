@@ -54,19 +54,33 @@ Flux upward_flux(const Polygon& polygon) {
   return flux;
 }
 
-/// ∫ clamp(z, 0, height) n_z dA.
-double clamped_flux(const Polygon& polygon, double height) {
+/// The parts of a polygon in the box's column by their heights: visit(polygon, between) with `between` for what lies
+/// between the box's floor and its lid; what lies above it, and a part in the plane of the lid, is not. What lies below
+/// is not visited.
+template <class Visit>
+void visit_by_height(const Polygon& polygon, double height, const Visit& visit) {
+  if (polygon.count < 3) return;
   double lowest = polygon.corners[0].z(), highest = lowest;
   for (int c = 1; c < polygon.count; ++c) {
     lowest = std::min(lowest, polygon.corners[c].z());
     highest = std::max(highest, polygon.corners[c].z());
   }
-  if (polygon.count < 3 || highest <= 0.0) return 0.0;
-  if (lowest >= height) return height * upward_flux(polygon).area;
-  if (lowest >= 0.0 && highest <= height) return upward_flux(polygon).moment;
+  if (highest <= 0.0) return;
+  if (lowest >= height) return visit(polygon, false);
+  if (lowest >= 0.0 && highest <= height) return visit(polygon, true);
   const Polygon from_floor = clipped(polygon, 2, Side::above, 0.0);
-  return upward_flux(clipped(from_floor, 2, Side::below, height)).moment +
-         height * upward_flux(clipped(from_floor, 2, Side::above, height)).area;
+  visit(clipped(from_floor, 2, Side::below, height), true);
+  visit(clipped(from_floor, 2, Side::above, height), false);
+}
+
+/// ∫ clamp(z, 0, height) n_z dA.
+double clamped_flux(const Polygon& polygon, double height) {
+  double sum = 0.0;
+  visit_by_height(polygon, height, [&](const Polygon& part, bool between) {
+    const Flux flux = upward_flux(part);
+    sum += between ? flux.moment : height * flux.area;
+  });
+  return sum;
 }
 
 /// 1, x, y, z, yz, zx, xy: what the means are averages of.
@@ -91,9 +105,9 @@ void add_moments(const Polygon& polygon, std::optional<double> height, Monomials
 
 /// What a polygon in the column gives to the moments of the part of the box below it.
 void add_clamped_moments(const Polygon& polygon, double height, Monomials& sum) {
-  const Polygon from_floor = clipped(polygon, 2, Side::above, 0.0);
-  add_moments(clipped(from_floor, 2, Side::below, height), {}, sum);
-  add_moments(clipped(from_floor, 2, Side::above, height), height, sum);
+  visit_by_height(polygon, height, [&](const Polygon& part, bool between) {
+    add_moments(part, between ? std::nullopt : std::optional<double>(height), sum);
+  });
 }
 
 /// Calls visit(polygon) for what lies of each triangle in the box's column, from the box's lower corner; upside down

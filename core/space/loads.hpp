@@ -25,8 +25,8 @@ using BodyForce = std::function<Eigen::Vector3d(const Eigen::Vector3d&)>;  ///< 
 
 /// Nodal forces [N], 3 × n_nodes, integrated on the leaves: 2×2 Gauss points on a quadrilateral face, three on a
 /// triangle; body forces at `body_points_per_axis`³ Gauss points (2 or 3) of a hexahedron, four points of a
-/// tetrahedron, times the cell's share of material. total_by_node shares among all nodes on the surface, hanging ones
-/// too. Throws std::invalid_argument when a surface does not exist.
+/// tetrahedron, times the cell's share of material, as if that lay evenly in it. total_by_node shares among all nodes
+/// on the surface, hanging ones too. Throws std::invalid_argument when a surface does not exist.
 Eigen::Matrix3Xd nodal_loads(const BaseMesh& base, const Mesh& mesh, const std::vector<SurfaceLoad>& loads,
                              const BodyForce& body = {}, int body_points_per_axis = 2);
 

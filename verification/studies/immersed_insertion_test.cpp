@@ -120,7 +120,9 @@ TEST_CASE("planes of the lattice across an immersed box change its insertion lit
   // What the entry gives way depends on where it lies in a cell that is much wider than the needle: five millimetres
   // against a ring of one. Measured with cells of 1, 1/2, 1/3 and 1/4 of the size: 1.25, 0.93, 1.02 and 1.03 of the
   // stiffness of an entry on a face, which is 1472, 1116, 882 and 803 N/m itself.
-  const auto stiffness = [](const InsertionRun& run) {  // of the surface: secant from first touch to 0.8 N of 2 [N/m]
+  // At 0.8 N of the 2 N that it bears the surface still answers linearly, and finer meshes, which are softer, get there
+  // within the frames.
+  const auto stiffness = [](const InsertionRun& run) {  // secant from first touch [N/m]
     const auto at = std::find_if(run.frames.begin(), run.frames.end(), [](const auto& r) { return r.force > 0.8; });
     const auto first = std::find_if(run.frames.begin(), run.frames.end(), [](const auto& r) { return r.force > 0.0; });
     REQUIRE(at != run.frames.end());
@@ -134,7 +136,7 @@ TEST_CASE("planes of the lattice across an immersed box change its insertion lit
   CAPTURE(coarse_ratio, fine_ratio);
   CHECK(coarse_ratio > 1.05);
   CHECK(coarse_ratio < 1.4);
-  CHECK(std::abs(fine_ratio - 1.0) < 0.4 * (coarse_ratio - 1.0));
+  CHECK(std::abs(fine_ratio - 1.0) < 0.1);
 }
 
 TEST_CASE("a needle goes through an immersed sphere, comes back and enters anew", "[insertion][immersed]") {

@@ -21,7 +21,8 @@ struct HalfSpace {
 double share_of_box(const HalfSpace& half_space, const Eigen::Vector3d& low, const Eigen::Vector3d& high);
 /// The same per cell of a mesh whose cells are such boxes.
 std::vector<double> shares_in(const HalfSpace& half_space, const Mesh& mesh);
-/// Where in each cell the material lies, by the shares of 8 × 8 × 8 boxes in it: to a hundredth of a cell.
+/// Where in each cell the material lies, by the shares of 8 × 8 × 8 boxes in it: to a hundredth of a cell,
+/// or a sixteenth where only a sliver is filled.
 std::vector<MaterialMeans> means_in(const HalfSpace& half_space, const Mesh& mesh);
 
 /// The cells of a hexahedral box that the half space reaches, with the box's surfaces as far as they remain; the new

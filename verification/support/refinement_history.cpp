@@ -130,7 +130,7 @@ bool same_bits(const Mesh& a, const Mesh& b, bool handles) {
     return p.base_cell == q.base_cell && p.depth == q.depth && p.corners == q.corners;
   };
   return a.shape == b.shape && same_bits(a.nodes, b.nodes) && a.cells == b.cells && a.identities == b.identities &&
-         a.on_boundary == b.on_boundary && a.fraction == b.fraction &&
+         a.on_boundary == b.on_boundary && a.fraction == b.fraction && a.means == b.means &&
          std::equal(a.frames.begin(), a.frames.end(), b.frames.begin(), b.frames.end(), same_frame) &&
          std::equal(a.boundary.begin(), a.boundary.end(), b.boundary.begin(), b.boundary.end(), same_face) &&
          (!handles || a.forest_cell == b.forest_cell);

@@ -89,6 +89,29 @@ TEST_CASE("means over material are those of shapes that one can integrate by han
   const auto corner = closed_tetrahedron(
       {Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitZ()});
   CHECK(largest_difference(means_of_only_cell(corner), {0.25, 0.25, 0.25, 0.05, 0.05, 0.05}) <= 1e-15);
+  // Under a face in the plane of the cell's lid, and over one in that of its floor: such a face counts once.
+  const auto hanging = closed_tetrahedron({Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ(),
+                                           Eigen::Vector3d(1.0, 0.0, 1.0), Eigen::Vector3d(0.0, 1.0, 1.0)});
+  CHECK(largest_difference(means_of_only_cell(hanging), {0.25, 0.25, 0.75, 0.2, 0.2, 0.05}) <= 1e-15);
+  for (const double lid : {1.0, 3.0})
+    for (const bool upright : {false, true}) {
+      const Eigen::Vector3d place(0.0, 0.0, lid - 1.0);
+      // With a small box far above or below, so that the cell is looked at from both sides.
+      TriangleSurface both = affine_image(Eigen::Matrix3d::Identity(), place, upright ? corner : hanging);
+      const TriangleSurface box = closed_box({0.2, 0.2, 0.2}, {0.5, 0.5, lid > 2.0 ? 0.2 : 3.7});
+      const auto vertices = static_cast<int>(both.vertices.cols());
+      Eigen::Matrix3Xd joined(3, vertices + box.vertices.cols());
+      joined << both.vertices, box.vertices;
+      both.vertices = joined;
+      for (const auto& t : box.triangles) both.triangles.push_back({t[0] + vertices, t[1] + vertices, t[2] + vertices});
+      const RefinementForest forest(immersed_mesh(both, {Eigen::Vector3d::Ones(), Eigen::Vector3d::Zero()}));
+      REQUIRE(forest.leaf_count() == 2);
+      const Mesh mesh = forest.leaf_mesh();
+      const int cell = mesh.fraction[0] > 0.1 ? 0 : 1;
+      const double z = upright ? 0.25 : 0.75, across = upright ? 0.05 : 0.2;
+      CAPTURE(lid, upright);
+      CHECK(largest_difference(mesh.means[cell], {0.25, 0.25, z, across, across, 0.05}) <= 1e-14);
+    }
   // A box in the cell, at its bottom and at its top: integrals from below and from above.
   for (const double lowest : {0.0, 0.5}) {
     const Eigen::Vector3d low(0.1, 0.2, lowest), high(0.7, 0.5, lowest + 0.4), m = 0.5 * (low + high);
@@ -147,6 +170,8 @@ TEST_CASE("a cell filled in part resists every motion but rigid ones, wherever i
   for (int c = 0; c < 8; ++c) corners.col(c) = Eigen::Vector3d((c & 1) * 1.0, ((c >> 1) & 1) * 0.7, (c >> 2) * 1.2);
   const CellGeometry geometry = cell_geometry(CellShape::hexahedron, corners);
   const CellMatrix full = cell_stiffness(CellShape::hexahedron, geometry, material);
+  const Eigen::VectorXd full_values =
+      Eigen::SelfAdjointEigenSolver<CellMatrix>(full, Eigen::EigenvaluesOnly).eigenvalues();
   for (int k = 0; k < 50; ++k) {
     const double share = std::pow(10.0, -4.0 * (k % 5) / 4.0);
     MaterialMeans means;  // anything at all between 0 and 1
@@ -156,12 +181,66 @@ TEST_CASE("a cell filled in part resists every motion but rigid ones, wherever i
     const Eigen::VectorXd values = Eigen::SelfAdjointEigenSolver<CellMatrix>(K, Eigen::EigenvaluesOnly).eigenvalues();
     CHECK(std::abs(values[0]) <= 1e-13 * values[23]);
     CHECK(std::abs(values[5]) <= 1e-13 * values[23]);
-    CHECK(values[6] >= 1e-6 * values[23]);
+    CHECK(values[6] >= 0.05 * std::max(share, least_stiffness_share) * full_values[6]);
+    // The same without the part of the least stiffness.
+    const CellMatrix bare = K - std::max(0.0, least_stiffness_share - share) * full;
+    CHECK(Eigen::SelfAdjointEigenSolver<CellMatrix>(bare, Eigen::EigenvaluesOnly).eigenvalues()[0] >=
+          -1e-14 * full_values[23]);
   }
+  const CellMatrix empty = partial_stiffness(geometry, full, geometry.mean_gradients, 0.0, material);
+  CHECK((empty - least_stiffness_share * full).cwiseAbs().maxCoeff() == 0.0);
   // Full and even: the full matrix.
   const CellMatrix same =
       partial_stiffness(geometry, full, material_gradients(corners, means_of_full_cell), 1.0, material);
   CHECK((same - full).cwiseAbs().maxCoeff() <= 1e-14 * full.cwiseAbs().maxCoeff());
+}
+
+TEST_CASE("the stiffness of a cell filled in part is its formula with strain matrices", "[immersed][means]") {
+  const auto dilatation = GENERATE(Dilatation::standard, Dilatation::mean);
+  Material material;
+  material.youngs_modulus = 3.0;
+  material.poisson_ratio = 0.4;
+  material.dilatation = dilatation;
+  std::mt19937 generator(7);
+  CellVectors corners;
+  for (int c = 0; c < 8; ++c) corners.col(c) = Eigen::Vector3d((c & 1) * 1.0, ((c >> 1) & 1) * 0.7, (c >> 2) * 1.2);
+  const CellGeometry geometry = cell_geometry(CellShape::hexahedron, corners);
+  const CellMatrix full = cell_stiffness(CellShape::hexahedron, geometry, material);
+  Eigen::Matrix<double, 6, 6> D = Eigen::Matrix<double, 6, 6>::Zero();
+  D.topLeftCorner<3, 3>().setConstant(material.lambda());
+  D.diagonal() << Eigen::Vector3d::Constant(material.lambda() + 2.0 * material.mu()),
+      Eigen::Vector3d::Constant(material.mu());
+  using StrainMatrix = Eigen::Matrix<double, 6, 24>;
+  const auto strain_matrix = [](const Gradients& g) {  // xx yy zz xy yz zx
+    StrainMatrix B = StrainMatrix::Zero();
+    for (int a = 0; a < 8; ++a)
+      for (int i = 0; i < 3; ++i) {
+        const int j = (i + 1) % 3;
+        B(i, 3 * a + i) = g(i, a);
+        B(3 + i, 3 * a + i) = g(j, a);
+        B(3 + i, 3 * a + j) = g(i, a);
+      }
+    return B;
+  };
+  const StrainMatrix whole = strain_matrix(geometry.mean_gradients);
+  const double V = geometry.volume;
+  for (const double share : {1e-4, 0.005, 0.3, 0.99}) {
+    MaterialMeans means;
+    for (double& mean : means) mean = 0.5 + 0.5 * random_number(generator);
+    const Gradients average = material_gradients(corners, means);
+    const StrainMatrix B = strain_matrix(average);
+    const CellMatrix expected = share * V * B.transpose() * D * B + share * (full - V * whole.transpose() * D * whole) +
+                                std::max(0.0, least_stiffness_share - share) * full;
+    const CellMatrix K = partial_stiffness(geometry, full, average, share, material);
+    CHECK((K - expected).cwiseAbs().maxCoeff() <= 1e-13 * full.cwiseAbs().maxCoeff() * (share + least_stiffness_share));
+  }
+  // Averaged over material at a point they are the gradients at the point.
+  const Eigen::Vector3d at(0.2, 0.7, 0.4);
+  const Gradients there =
+      material_gradients(corners, {at[0], at[1], at[2], at[1] * at[2], at[2] * at[0], at[0] * at[1]});
+  const Eigen::Vector3d edges = corners.col(7) - corners.col(0);
+  const Gradients expected = edges.cwiseInverse().asDiagonal() * shape_gradients(CellShape::hexahedron, at);
+  CHECK((there - expected).cwiseAbs().maxCoeff() <= 1e-15);
 }
 
 TEST_CASE("a turned box under uniform stress on its own surface has that stress", "[immersed][means][patch]") {
