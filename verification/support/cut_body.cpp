@@ -65,7 +65,8 @@ std::vector<MaterialMeans> means_in(const HalfSpace& half_space, const Mesh& mes
     double sum = 0.0;
     MaterialMeans means{};
     for (int box = 0; box < parts * parts * parts; ++box) {
-      const Eigen::Vector3d at(box % parts, box / parts % parts, box / (parts * parts));
+      const Eigen::Vector3d at =
+          Eigen::Vector3i(box % parts, box / parts % parts, box / (parts * parts)).cast<double>();
       const Eigen::Vector3d from = low + at.cwiseProduct(edges);
       const double share = share_of_box(half_space, from, from + edges);
       const Eigen::Vector3d xi = (at.array() + 0.5) / parts;

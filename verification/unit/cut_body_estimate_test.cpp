@@ -85,7 +85,7 @@ Errors true_errors(const CutSolution& solution, const ManufacturedSolution& exac
     const Eigen::Vector3d size = (X.col(7) - X.col(0)) / m;
     double error = 0.0;
     for (int k = 0; k < m * m * m; ++k) {
-      const Eigen::Vector3d place(k % m, (k / m) % m, k / (m * m));
+      const Eigen::Vector3d place = Eigen::Vector3i(k % m, k / m % m, k / (m * m)).cast<double>();
       const Eigen::Vector3d low = X.col(0) + size.cwiseProduct(place), high = low + size;
       const double share = share_of_box(below_plane, low, high);
       if (share == 0.0) continue;
