@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 
 #include "benchmarks/paper/needle_cases.hpp"
 #include "benchmarks/paper/paper_numbers.hpp"
+#include "benchmarks/paper/phantom_table.hpp"
 #include "benchmarks/program/sha256.hpp"
 #include "core/scene/scene_reader.hpp"
 
@@ -71,13 +71,6 @@ ForceCurve way_in(const ForceCurve& curve) {
   in.travel.assign(curve.travel.begin(), curve.travel.begin() + deepest + 1);
   in.force.assign(curve.force.begin(), curve.force.begin() + deepest + 1);
   return in;
-}
-
-std::string number(double value, const char* format = "%.3g") {
-  if (!std::isfinite(value)) return "-";
-  char text[32];
-  std::snprintf(text, sizeof text, format, value);
-  return text;
 }
 
 Plot loop_plot(const std::vector<NeedleCase*>& cases) {
@@ -197,26 +190,26 @@ StudyResult liver_phantom_study(const StudyContext& context) {
   if (Plot envelopes = envelope_plot(all, fine); !envelopes.series.empty())
     result.plots.push_back(std::move(envelopes));
 
-  const auto percent = [](double value) { return number(100.0 * value) + " %"; };
+  const auto percent = [](double value) { return short_number(100.0 * value) + " %"; };
   const auto of = [&](std::size_t i) { return percent(envelope_distance(all[i].curve, fine.curve)); };
   result.table = comparison_table({
-      {"dofs, coarse", paper("dofs_coarse"), number(coarse.run.frames.front().report.frame.dofs, "%.0f"),
+      {"dofs, coarse", paper("dofs_coarse"), short_number(coarse.run.frames.front().report.frame.dofs, "%.0f"),
        "the paper's mesh is not published; cell size chosen to match", paper.place("dofs_coarse")},
-      {"dofs, fine", paper("dofs_fine"), number(fine.run.frames.front().report.frame.dofs, "%.0f"),
+      {"dofs, fine", paper("dofs_fine"), short_number(fine.run.frames.front().report.frame.dofs, "%.0f"),
        "each coarse cell in eight: nested", paper.place("dofs_fine")},
-      {"dofs, most, 2x2x2", paper("dofs_max_2x2x2"), number(most_dofs(all[2]), "%.0f"),
+      {"dofs, most, 2x2x2", paper("dofs_max_2x2x2"), short_number(most_dofs(all[2]), "%.0f"),
        "θ alone decides; the paper's mesh is another, and so are the cells along its needle",
        paper.place("dofs_max_2x2x2")},
-      {"dofs, most, 3x3x3", paper("dofs_max_3x3x3"), number(most_dofs(all[3]), "%.0f"),
+      {"dofs, most, 3x3x3", paper("dofs_max_3x3x3"), short_number(most_dofs(all[3]), "%.0f"),
        "the same; a cell in 27 brings three to four times as many nodes as one in 8", paper.place("dofs_max_3x3x3")},
       {"force when the needle is out", paper("loop_closes_at_zero"),
-       context.quick ? std::string("-") : number(all[2].curve.force.back()) + " N", "no rows, no force",
+       context.quick ? std::string("-") : short_number(all[2].curve.force.back()) + " N", "no rows, no force",
        paper.place("loop_closes_at_zero")},
       {"envelope off fine: coarse", "-", of(0), "L² over the travel between first and last cut"},
       {"envelope off fine: 2x2x2 / 3x3x3", paper("adaptive_nearer_to_fine"), of(2) + " / " + of(3),
        "3x3x3 has smaller cells at the needle than the fine mesh itself", paper.place("adaptive_nearer_to_fine")},
       {"force off fine, coarse: in / out", paper("stronger_on_insertion"),
-       number(coarse_off_in) + " N / " + number(coarse_off_out) + " N",
+       short_number(coarse_off_in) + " N / " + short_number(coarse_off_out) + " N",
        "root mean square over the travel: cuts a little sooner or later, and friction five times as large on the way "
        "in",
        paper.place("stronger_on_insertion")},

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <variant>
 
 #include "benchmarks/paper/needle_cases.hpp"
 #include "benchmarks/paper/paper_numbers.hpp"
+#include "benchmarks/paper/phantom_table.hpp"
 #include "benchmarks/program/frame_statistics.hpp"
 #include "benchmarks/program/sha256.hpp"
 #include "core/scene/scene_reader.hpp"
@@ -74,12 +74,6 @@ DofCourse dof_course(const NeedleCase& one) {
     course.most = std::max(course.most, made.report.frame.dofs);
   }
   return course;
-}
-
-std::string number(double value, const char* format = "%.3g") {
-  char text[32];
-  std::snprintf(text, sizeof text, format, value);
-  return text;
 }
 
 Plot course_plot(const std::vector<NeedleCase*>& cases, const std::string& file, const std::string& title,
@@ -178,12 +172,12 @@ StudyResult liver_study(const StudyContext& context) {
   result.plots.push_back(course_plot(cases, "force.svg", "Needle-tissue force", "force along the needle [N]",
                                      [](const MotionFrame& made) { return made.report.force; }));
 
-  const auto percent = [](double value) { return number(100.0 * value) + " %"; };
+  const auto percent = [](double value) { return short_number(100.0 * value) + " %"; };
   // --quick ends on the way in.
-  const auto whole_run = [&](int value) { return context.quick ? std::string("-") : number(value, "%.0f"); };
+  const auto whole_run = [&](int value) { return context.quick ? std::string("-") : short_number(value, "%.0f"); };
   const std::string shape = "the paper's liver and its mesh are not published; ours is made from an implicit shape";
   result.table = comparison_table({
-      {"dofs, base mesh", paper("dofs_start"), number(dofs.start, "%.0f"), shape, paper.place("dofs_start")},
+      {"dofs, base mesh", paper("dofs_start"), short_number(dofs.start, "%.0f"), shape, paper.place("dofs_start")},
       {"dofs, most", paper("dofs_max"), whole_run(dofs.most),
        "at the puncture; half of the error takes two levels in most cells, since one leaves 0.7 of it",
        paper.place("dofs_max")},
@@ -197,9 +191,10 @@ StudyResult liver_study(const StudyContext& context) {
        paper.place("eta_adaptive")},
       {"frames/s, adaptive / unrefined",
        paper("frames_per_second_adaptive") + " / " + paper("frames_per_second_unrefined"),
-       number(rate_adaptive) + " / " + number(rate_unrefined) + " = " + number(rate_adaptive / rate_unrefined),
+       short_number(rate_adaptive) + " / " + short_number(rate_unrefined) + " = " +
+           short_number(rate_adaptive / rate_unrefined),
        "the paper's include drawing, which both meshes pay alike; mean dofs are " +
-           number(adaptive.mean_dofs / unrefined.mean_dofs) + " times as many here",
+           short_number(adaptive.mean_dofs / unrefined.mean_dofs) + " times as many here",
        paper.place("frames_per_second_adaptive")},
   });
   return result;

@@ -17,28 +17,27 @@ std::string plain(double value) {
   return text.str();
 }
 
+/// Of two thresholds the one that coarsens must be the lower; told at the key that the scene gives.
+void check_order(const SectionReader& reader, const char* lower_key, double lower, const char* upper_key,
+                 double upper) {
+  if (lower < upper) return;
+  const bool at_lower = reader.has(lower_key);
+  reader.refuse(at_lower ? lower_key : upper_key,
+                "found " + plain(at_lower ? lower : upper) + ", allowed a number " +
+                    (at_lower ? std::string("below ") + upper_key : std::string("above ") + lower_key) + ", " +
+                    plain(at_lower ? upper : lower) + ", or the mesh would chatter");
+}
+
 FrameAdaptRules read_frame_adapt(const SectionReader& reader, CellShape shape) {
   FrameAdaptRules rules;
   rules.refine_above = reader.number("theta");
   rules.coarsen_below = reader.number("coarsen_below");
-  if (!(rules.coarsen_below < rules.refine_above))
-    reader.refuse(reader.has("coarsen_below") ? "coarsen_below" : "theta",
-                  reader.has("coarsen_below")
-                      ? "found " + plain(rules.coarsen_below) + ", allowed a number below theta, " +
-                            plain(rules.refine_above) + ", or the mesh would chatter"
-                      : "found " + plain(rules.refine_above) + ", allowed a number above coarsen_below, " +
-                            plain(rules.coarsen_below) + ", or the mesh would chatter");
+  check_order(reader, "coarsen_below", rules.coarsen_below, "theta", rules.refine_above);
   rules.tolerance = reader.number("tolerance");
   rules.local_tolerance = reader.number("local_tolerance");
   rules.refine_at = reader.number("refine_at");
   rules.coarsen_at = reader.number("coarsen_at");
-  if (!(rules.coarsen_at < rules.refine_at))
-    reader.refuse(reader.has("coarsen_at") ? "coarsen_at" : "refine_at",
-                  reader.has("coarsen_at")
-                      ? "found " + plain(rules.coarsen_at) + ", allowed a number below refine_at, " +
-                            plain(rules.refine_at) + ", or the mesh would chatter"
-                      : "found " + plain(rules.refine_at) + ", allowed a number above coarsen_at, " +
-                            plain(rules.coarsen_at) + ", or the mesh would chatter");
+  check_order(reader, "coarsen_at", rules.coarsen_at, "refine_at", rules.refine_at);
   rules.energy_floor = reader.number("energy_floor");
   rules.dwell = reader.integer("dwell");
   rules.every = reader.integer("every");

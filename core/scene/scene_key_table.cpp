@@ -184,8 +184,7 @@ constexpr SceneKey keys[] = {
      KeyRange{.low = 0.0, .high = 1.0, .low_allowed = true, .why = "and below refine_at, or the mesh would chatter"},
      "", "0.7",
      "share of a tolerance that the error predicted after a coarsening may have; nearer to refine_at: fewer cells, "
-     "more "
-     "changes",
+     "more changes",
      KeyScope::moving_only, adapts_by_steps},
     {"adapt", "energy_floor", KeyType::number, "J", KeyRange{.low = 0.0, .low_allowed = true}, "", "0.0",
      "a body with less energy (integral of strain : stress) is at rest and only coarsens", KeyScope::moving_only,

@@ -16,6 +16,7 @@
 #include "verification/support/cut_body.hpp"
 #include "verification/support/refinement_history.hpp"
 #include "verification/support/sample_cells.hpp"
+#include "verification/support/strain_matrix.hpp"
 
 using namespace finegauge;
 
@@ -31,6 +32,13 @@ double largest_difference(const MaterialMeans& a, const MaterialMeans& b) {
   double largest = 0.0;
   for (int k = 0; k < 6; ++k) largest = std::max(largest, std::abs(a[k] - b[k]));
   return largest;
+}
+
+/// A box along the axes of three edge lengths.
+CellVectors oblong_cell() {
+  CellVectors corners;
+  for (int c = 0; c < 8; ++c) corners.col(c) = Eigen::Vector3d((c & 1) * 1.0, ((c >> 1) & 1) * 0.7, (c >> 2) * 1.2);
+  return corners;
 }
 
 /// In cells of 0.08, some of them refined.
@@ -166,8 +174,7 @@ TEST_CASE("a cell filled in part resists every motion but rigid ones, wherever i
   material.poisson_ratio = 0.49;
   material.dilatation = dilatation;
   std::mt19937 generator(3);
-  CellVectors corners;
-  for (int c = 0; c < 8; ++c) corners.col(c) = Eigen::Vector3d((c & 1) * 1.0, ((c >> 1) & 1) * 0.7, (c >> 2) * 1.2);
+  const CellVectors corners = oblong_cell();
   const CellGeometry geometry = cell_geometry(CellShape::hexahedron, corners);
   const CellMatrix full = cell_stiffness(CellShape::hexahedron, geometry, material);
   const Eigen::VectorXd full_values =
@@ -202,26 +209,10 @@ TEST_CASE("the stiffness of a cell filled in part is its formula with strain mat
   material.poisson_ratio = 0.4;
   material.dilatation = dilatation;
   std::mt19937 generator(7);
-  CellVectors corners;
-  for (int c = 0; c < 8; ++c) corners.col(c) = Eigen::Vector3d((c & 1) * 1.0, ((c >> 1) & 1) * 0.7, (c >> 2) * 1.2);
+  const CellVectors corners = oblong_cell();
   const CellGeometry geometry = cell_geometry(CellShape::hexahedron, corners);
   const CellMatrix full = cell_stiffness(CellShape::hexahedron, geometry, material);
-  Eigen::Matrix<double, 6, 6> D = Eigen::Matrix<double, 6, 6>::Zero();
-  D.topLeftCorner<3, 3>().setConstant(material.lambda());
-  D.diagonal() << Eigen::Vector3d::Constant(material.lambda() + 2.0 * material.mu()),
-      Eigen::Vector3d::Constant(material.mu());
-  using StrainMatrix = Eigen::Matrix<double, 6, 24>;
-  const auto strain_matrix = [](const Gradients& g) {  // xx yy zz xy yz zx
-    StrainMatrix B = StrainMatrix::Zero();
-    for (int a = 0; a < 8; ++a)
-      for (int i = 0; i < 3; ++i) {
-        const int j = (i + 1) % 3;
-        B(i, 3 * a + i) = g(i, a);
-        B(3 + i, 3 * a + i) = g(j, a);
-        B(3 + i, 3 * a + j) = g(i, a);
-      }
-    return B;
-  };
+  const Eigen::Matrix<double, 6, 6> D = elasticity_matrix(material);
   const StrainMatrix whole = strain_matrix(geometry.mean_gradients);
   const double V = geometry.volume;
   for (const double share : {1e-4, 0.005, 0.3, 0.99}) {
