@@ -28,19 +28,32 @@ Envelope advancing_part(const ForceCurve& curve) {
   return part;
 }
 
-double distance(const Envelope& a, const Envelope& b, int samples) {
-  if (a.travel.size() < 2 || b.travel.size() < 2) return nan;
-  const double first = std::max(a.travel.front(), b.travel.front());
+/// Mean squares of a - b and of b, at equally spaced places from `from` on that both cover.
+struct MeanSquares {
+  double difference = nan, size = nan;
+};
+MeanSquares mean_squares(const Envelope& a, const Envelope& b, double from, int samples) {
+  if (a.travel.size() < 2 || b.travel.size() < 2) return {};
+  const double first = std::max({from, a.travel.front(), b.travel.front()});
   const double last = std::min(a.travel.back(), b.travel.back());
-  if (!(last > first)) return nan;
-  double difference = 0.0, size = 0.0;
+  if (!(last > first)) return {};
+  MeanSquares mean{0.0, 0.0};
   for (int k = 0; k < samples; ++k) {
     const double x = first + (last - first) * (k + 0.5) / samples;
     const double there = b.at(x), off = a.at(x) - there;
-    difference += off * off;
-    size += there * there;
+    mean.difference += off * off / samples;
+    mean.size += there * there / samples;
   }
-  return size > 0.0 ? std::sqrt(difference / size) : nan;
+  return mean;
+}
+
+double distance(const Envelope& a, const Envelope& b, int samples) {
+  const MeanSquares mean = mean_squares(a, b, -std::numeric_limits<double>::infinity(), samples);
+  return mean.size > 0.0 ? std::sqrt(mean.difference / mean.size) : nan;
+}
+
+std::size_t deepest(const ForceCurve& curve) {
+  return static_cast<std::size_t>(std::ranges::max_element(curve.travel) - curve.travel.begin());
 }
 
 }  // namespace
@@ -85,6 +98,37 @@ double envelope_distance(const ForceCurve& a, const ForceCurve& b, int samples) 
 
 double rms_distance(const ForceCurve& a, const ForceCurve& b, int samples) {
   return distance(advancing_part(a), advancing_part(b), samples);
+}
+
+double force_difference(const ForceCurve& a, const ForceCurve& b, int samples) {
+  return std::sqrt(mean_squares({a.travel, a.force}, {b.travel, b.force}, 0.0, samples).difference);
+}
+
+ForceCurve way_in(const ForceCurve& curve) {
+  ForceCurve in;
+  const std::size_t last = deepest(curve);
+  for (std::size_t k = 0; k < curve.travel.size() && k <= last; ++k) {
+    in.travel.push_back(curve.travel[k]);
+    in.force.push_back(curve.force[k]);
+  }
+  return in;
+}
+
+ForceCurve way_back(const ForceCurve& curve) {
+  ForceCurve back;
+  const std::size_t first = deepest(curve);
+  for (std::size_t k = curve.travel.size(); k > first; --k) {
+    back.travel.push_back(curve.travel[k - 1]);
+    back.force.push_back(curve.force[k - 1]);
+  }
+  return back;
+}
+
+double loop_area(const ForceCurve& curve) {
+  double area = 0.0;
+  for (std::size_t k = 1; k < curve.travel.size(); ++k)
+    area += 0.5 * (curve.force[k] + curve.force[k - 1]) * (curve.travel[k] - curve.travel[k - 1]);
+  return area;
 }
 
 }  // namespace finegauge

@@ -40,5 +40,13 @@ double envelope_distance(const ForceCurve& a, const ForceCurve& b, int samples =
 /// The same of the forces themselves, from touch to the smaller of the two last travels. The phase of stick and cut
 /// dominates it.
 double rms_distance(const ForceCurve& a, const ForceCurve& b, int samples = 2000);
+/// Root mean square of F_a - F_b over the travel from touch on that both have [N]; NaN where they have none.
+double force_difference(const ForceCurve& a, const ForceCurve& b, int samples = 2000);
+
+/// The frames up to the deepest one, and those from it on, turned round so that their travel ascends too.
+ForceCurve way_in(const ForceCurve& curve);
+ForceCurve way_back(const ForceCurve& curve);
+/// ∮ F dx over the travel of the tip [J]: what an insertion and its withdrawal take.
+double loop_area(const ForceCurve& curve);
 
 }  // namespace finegauge

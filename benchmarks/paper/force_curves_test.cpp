@@ -1,5 +1,6 @@
 #include "benchmarks/paper/force_curves.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "verification/support/catch.hpp"
@@ -58,4 +59,21 @@ TEST_CASE("a peak is found between the frames that enclose it", "[force curves]"
   CHECK_THAT(peak.travel, WithinAbs(0.0015, 1e-12));
   CHECK_THAT(peak.force, WithinAbs(13.0, 1e-12));
   CHECK(passing_point(0.5, {0.001, 12.0}, 1.0, {0.002, 14.0}).force == 14.0);  // it had passed before
+}
+
+TEST_CASE("a loop takes what lies between its two ways, and each way is a curve of its own", "[force curves]") {
+  // In at 3 N over 0.04 m, out at -1 N: 4 N times 0.04 m.
+  ForceCurve loop;
+  for (int k = 0; k <= 40; ++k) loop.travel.push_back(1e-3 * k), loop.force.push_back(3.0);
+  for (int k = 40; k >= 0; --k) loop.travel.push_back(1e-3 * k), loop.force.push_back(-1.0);
+  CHECK_THAT(loop_area(loop), WithinAbs(0.16, 1e-12));
+  const ForceCurve in = way_in(loop), back = way_back(loop);
+  CHECK(in.travel.size() == 41);
+  CHECK(in.travel.back() == 0.04);
+  CHECK(back.travel.front() == 0.0);
+  CHECK(std::ranges::is_sorted(back.travel));
+  CHECK(back.force.front() == -1.0);
+  CHECK_THAT(force_difference(in, way_in(loop)), WithinAbs(0.0, 0.0));
+  CHECK_THAT(force_difference(in, back), WithinRel(4.0, 0.02));  // but for the turn, where the force jumps
+  CHECK(std::isnan(force_difference(in, {})));
 }

@@ -29,50 +29,6 @@ Scene phantom_scene(const std::string& mesh, const StudyContext& context) {
   return scene;
 }
 
-/// ∮ F dx over the travel of the tip [J]: what the loop takes.
-double loop_area(const ForceCurve& curve) {
-  double area = 0.0;
-  for (std::size_t k = 1; k < curve.travel.size(); ++k)
-    area += 0.5 * (curve.force[k] + curve.force[k - 1]) * (curve.travel[k] - curve.travel[k - 1]);
-  return area;
-}
-
-/// The way back alone, turned round, so that it is a curve over ascending travel.
-ForceCurve way_back(const ForceCurve& curve) {
-  ForceCurve back;
-  const auto deepest = std::max_element(curve.travel.begin(), curve.travel.end()) - curve.travel.begin();
-  for (auto k = static_cast<std::ptrdiff_t>(curve.travel.size()) - 1; k >= deepest; --k) {
-    back.travel.push_back(curve.travel[static_cast<std::size_t>(k)]);
-    back.force.push_back(curve.force[static_cast<std::size_t>(k)]);
-  }
-  return back;
-}
-
-/// Root mean square of F_a - F_b over the travel that both have [N]; NaN where they have none.
-double force_difference(const ForceCurve& a, const ForceCurve& b) {
-  if (a.travel.size() < 2 || b.travel.size() < 2) return std::nan("");
-  const Envelope line_a{a.travel, a.force}, line_b{b.travel, b.force};
-  const double first = std::max({0.0, a.travel.front(), b.travel.front()});
-  const double last = std::min(a.travel.back(), b.travel.back());
-  if (!(first < last)) return std::nan("");
-  constexpr int samples = 2000;
-  double sum = 0.0;
-  for (int k = 0; k < samples; ++k) {
-    const double x = first + (last - first) * (k + 0.5) / samples, off = line_a.at(x) - line_b.at(x);
-    sum += off * off;
-  }
-  return std::sqrt(sum / samples);
-}
-
-/// The way in alone.
-ForceCurve way_in(const ForceCurve& curve) {
-  ForceCurve in;
-  const auto deepest = std::max_element(curve.travel.begin(), curve.travel.end()) - curve.travel.begin();
-  in.travel.assign(curve.travel.begin(), curve.travel.begin() + deepest + 1);
-  in.force.assign(curve.force.begin(), curve.force.begin() + deepest + 1);
-  return in;
-}
-
 Plot loop_plot(const std::vector<NeedleCase*>& cases) {
   Plot plot;
   plot.file = "force_loop.svg";
