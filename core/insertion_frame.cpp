@@ -214,6 +214,7 @@ InsertionReport advance_frame(const InsertionProblem& problem, Insertion& insert
   const ContactForces forces = insertion.contacts.forces(insertion.axis, tau);
   report.tip_force = forces.tip;
   report.shaft_force = forces.shaft;
+  report.across_force = forces.across;
   report.tip_lateral_force = forces.tip_lateral;
   report.force = forces.total();
   report.base_force = reactions[0] / tau;

@@ -39,6 +39,7 @@ struct InsertionReport {
   double insertion_depth = 0.0;   ///< inserted length [m]
   double force = 0.0;             ///< all axial needle-tissue interaction [N], positive against insertion
   double tip_force = 0.0, shaft_force = 0.0;
+  double across_force = 0.0;       ///< share in `force` of what holds a bent needle across itself [N]
   double tip_lateral_force = 0.0;  ///< across the needle [N]
   double base_force = 0.0;         ///< what drives the base, along the axis [N], positive for pushing
   TipState tip_state = TipState::outside;

@@ -129,10 +129,10 @@ ContactForces NeedleContacts::forces(const Eigen::Vector3d& axis, double tau) co
   const int rows = static_cast<int>(rows_.size());
   for (int i = 0; i < rows; ++i) {
     // On the surface friction acts across the normal, and has its share along a needle that is not on the normal.
-    const double force = (rows_[i].lateral == LateralLaw::coulomb ? (rows_[i].frame * solved_[i]).dot(axis)
-                                                                  : solved_[i].x() * rows_[i].frame.col(0).dot(axis)) /
-                         tau;
-    (rows_[i].axial == AxialLaw::friction ? forces.shaft : forces.tip) += force;
+    double along = solved_[i].x() * rows_[i].frame.col(0).dot(axis) / tau;
+    const double across = (rows_[i].frame.rightCols<2>() * solved_[i].tail<2>()).dot(axis) / tau;
+    (rows_[i].lateral == LateralLaw::coulomb ? along : forces.across) += across;
+    (rows_[i].axial == AxialLaw::friction ? forces.shaft : forces.tip) += along;
     if (rows_[i].axial != AxialLaw::friction) forces.tip_lateral += solved_[i].tail<2>().norm() / tau;
   }
   return forces;

@@ -42,9 +42,9 @@ struct ContactEvent {
 /// Forces of one frame on the base axis [N], positive against insertion.
 struct ContactForces {
   double tip = 0.0, shaft = 0.0;
-  double tip_lateral =
-      0.0;  ///< |λ_t|/τ of the tip's rows: with friction it adds to the strength that the tip has to overcome
-  double total() const { return tip + shaft; }
+  double across = 0.0;       ///< of what holds the needle across itself: its share where the needle is bent
+  double tip_lateral = 0.0;  ///< |λ_t|/τ of the tip's rows: with friction it adds to the strength of the tissue
+  double total() const { return tip + shaft + across; }
 };
 
 /// The tissue as the contact sees it in one frame.

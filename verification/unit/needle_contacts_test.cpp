@@ -85,7 +85,7 @@ TEST_CASE("an oblique touch pushes back along the needle by normal force and fri
   CHECK(forces.total() == forces.tip);
 }
 
-TEST_CASE("inside, rows push along the needle, and what holds it across does not count", "[contacts]") {
+TEST_CASE("inside, rows push along the needle, and what holds it across counts on other axes only", "[contacts]") {
   const double alpha = 0.4;
   const Eigen::Vector3d axis(std::cos(alpha), std::sin(alpha), 0.0);
   ByHand hand = by_hand(axis, {.puncture_strength = 1.0, .cut_strength = 10.0});
@@ -93,18 +93,25 @@ TEST_CASE("inside, rows push along the needle, and what holds it across does not
     return ContactOutcome{tau * Eigen::Vector3d(1.5, 0.0, 0.0), Eigen::Vector3d::Zero(), 0, false};
   });
   REQUIRE(hand.contacts.tip_state() == TipState::stick);
+  double whole_on_x = 0.0;
   hand.step(Eigen::Vector3d::Zero(), [&](int i, const ContactRows& row) {
     CHECK((row.frame.col(0) - axis).norm() < 1e-12);
     CHECK(row.axial == (i == 0 ? AxialLaw::friction : AxialLaw::unilateral));
-    return ContactOutcome{tau * Eigen::Vector3d(i == 0 ? 0.25 : 3.0, 7.0, -24.0), Eigen::Vector3d::Zero(), 0, false};
+    const Eigen::Vector3d force(i == 0 ? 0.25 : 3.0, 7.0, -24.0);
+    whole_on_x += (row.frame * force).x();
+    return ContactOutcome{tau * force, Eigen::Vector3d::Zero(), 0, false};
   });
   REQUIRE(hand.rows.size() == 2);
   const ContactForces forces = hand.contacts.forces(axis, tau);
   CHECK_THAT(forces.shaft, WithinRel(0.25, 1e-12));
   CHECK_THAT(forces.tip, WithinRel(3.0, 1e-12));
   CHECK_THAT(forces.tip_lateral, WithinRel(25.0, 1e-12));
-  // On another axis: its cosine with the needle.
-  CHECK_THAT(hand.contacts.forces(Eigen::Vector3d::UnitX(), tau).tip, WithinRel(3.0 * std::cos(alpha), 1e-12));
+  CHECK_THAT(forces.across, WithinAbs(0.0, 1e-12 * 25.0));
+  // On another axis: its cosine with the needle, and the share of what holds the needle across itself.
+  const ContactForces on_x = hand.contacts.forces(Eigen::Vector3d::UnitX(), tau);
+  CHECK_THAT(on_x.tip, WithinRel(3.0 * std::cos(alpha), 1e-12));
+  CHECK(std::abs(on_x.across) > 1.0);
+  CHECK_THAT(on_x.total(), WithinRel(whole_on_x, 1e-12));
 }
 
 TEST_CASE("a point is laid at every d_c however far the tip went in a frame", "[contacts]") {
@@ -171,8 +178,9 @@ TEST_CASE("the guide lets go of the nodes less than an element before the entry"
   bent.positions(1, 0) -= 1e-5;
   NeedleSystem system = start_needle_system(hand.needle);
   REQUIRE((system.axes.col(0) - Eigen::Vector3d::UnitX()).norm() < 1e-14);
+  const double entry_length = entry * element;  // a structured binding cannot be captured
   const auto assemble = [&](const NeedleDrive& drive) {
-    assemble_needle_step(hand.needle, drive, bent, entry * element, Eigen::Vector3d::Zero(), nullptr, 0.0, tau, system);
+    assemble_needle_step(hand.needle, drive, bent, entry_length, Eigen::Vector3d::Zero(), nullptr, 0.0, tau, system);
   };
   assemble({.strokes = {}, .guided = true});
   CHECK(system.held[0] == 63u);
