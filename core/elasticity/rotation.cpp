@@ -1,5 +1,6 @@
 #include "core/elasticity/rotation.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <Eigen/SVD>
@@ -26,8 +27,34 @@ Eigen::Matrix3d rotation_by_singular_values(const Eigen::Matrix3d& F) {
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(F / largest, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Eigen::Matrix3d U = svd.matrixU();
   const Eigen::Matrix3d& V = svd.matrixV();
+  const Eigen::Vector3d& s = svd.singularValues();
+  const bool reversed = U.determinant() * V.determinant() < 0.0;
+  // Of several rotations that are equally near (a line, a mirror image), the one that turns least: neighbours then
+  // agree, and what is let go finds its way back. tie: below this nothing but round-off tells them apart.
+  const double tie = 1e-12 * s[0];
+  if (reversed && s[0] - s[2] <= tie) {  // a reflection reversed along any direction n: Q (I - 2 n nT)
+    const Eigen::Matrix3d Q = U * V.transpose();
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> symmetric(0.5 * (Q + Q.transpose()));
+    const Eigen::Vector3d n = symmetric.eigenvectors().col(0);
+    return Q - 2.0 * (Q * n) * n.transpose();
+  }
+  if (s[1] + (reversed ? -s[2] : s[2]) <= tie) {  // any turn in the plane of the two smaller ones
+    const Eigen::Matrix2d M = U.rightCols<2>().transpose() * V.rightCols<2>();
+    Eigen::Vector2d turn = reversed ? Eigen::Vector2d(M(0, 0) - M(1, 1), M(0, 1) + M(1, 0))
+                                    : Eigen::Vector2d(M(0, 0) + M(1, 1), M(1, 0) - M(0, 1));
+    if (turn.norm() > 1e-12)
+      turn.normalize();
+    else
+      turn = {1.0, 0.0};
+    Eigen::Matrix2d Q;
+    if (reversed)
+      Q << turn[0], turn[1], turn[1], -turn[0];
+    else
+      Q << turn[0], -turn[1], turn[1], turn[0];
+    return U.col(0) * V.col(0).transpose() + U.rightCols<2>() * Q * V.rightCols<2>().transpose();
+  }
   // Singular values descend, so the last column belongs to the smallest.
-  if (U.determinant() * V.determinant() < 0.0) U.col(2) = -U.col(2);
+  if (reversed) U.col(2) = -U.col(2);
   return U * V.transpose();
 }
 

@@ -96,10 +96,15 @@ class LeafSearch {
     for (int axis = 0; axis < 3; ++axis) corner = corner && (at[axis] == 0 || at[axis] == size[axis]);
     return corner;
   }
-  static std::array<double, 3> share_of(const LatticePoint& at, const LatticePoint& size) {
-    std::array<double, 3> xi;
-    for (int axis = 0; axis < 3; ++axis) xi[axis] = static_cast<double>(at[axis]) / static_cast<double>(size[axis]);
-    return xi;
+  /// Natural coordinates ξ along each axis as {1 - ξ, ξ}, each to round-off: 1 - ξ by subtraction would have lost the
+  /// digits that a deep leaf beside a coarse one needs.
+  using Shares = std::array<std::array<double, 2>, 3>;
+  static Shares share_of(const LatticePoint& at, const LatticePoint& size) {
+    Shares shares;
+    for (int axis = 0; axis < 3; ++axis)
+      shares[axis] = {static_cast<double>(size[axis] - at[axis]) / static_cast<double>(size[axis]),
+                      static_cast<double>(at[axis]) / static_cast<double>(size[axis])};
+    return shares;
   }
 
   /// Collects the cells that contain the point without having it as a corner while a child of theirs has.
@@ -131,14 +136,14 @@ class LeafSearch {
     return {node, entity_dimension(mesh_.identities[node]), share_of_base_cell(forest_.cell(handle)), 0, {}, {}};
   }
 
-  void add_hexahedron_equation(int node, int handle, const std::array<int, max_corners>& corners,
-                               const std::array<double, 3>& xi, std::vector<Equation>& equations) const {
+  void add_hexahedron_equation(int node, int handle, const std::array<int, max_corners>& corners, const Shares& shares,
+                               std::vector<Equation>& equations) const {
     Equation equation = equation_for(node, handle);
-    const auto N = shape_functions(CellShape::hexahedron, {xi[0], xi[1], xi[2]});
     for (int c = 0; c < 8; ++c) {
-      if (N[c] == 0.0) continue;
+      const double N = shares[0][c & 1] * shares[1][c >> 1 & 1] * shares[2][c >> 2 & 1];
+      if (N == 0.0) continue;
       equation.corner[equation.count] = corners[c];
-      equation.weight[equation.count++] = N[c];
+      equation.weight[equation.count++] = N;
     }
     equations.push_back(equation);
   }

@@ -144,7 +144,9 @@ Eigen::Matrix3Xd internal_forces(const Discretization& d, const Eigen::Matrix3Xd
   RestShapes::Entry scratch;
   for (int cell = 0; cell < d.mesh.cell_count(); ++cell) {
     const RestShapes::CellView entry = d.shapes.entry(d.mesh, cell, scratch);
-    const CellVectors X = corner_values(d.mesh, cell, d.mesh.nodes);
+    // Without rotations only u counts, and in X + u - X it would lose the digits that X has before it.
+    const bool turns = d.shapes.material().kinematics == Kinematics::corotational;
+    const CellVectors X = turns ? corner_values(d.mesh, cell, d.mesh.nodes) : CellVectors(CellVectors::Zero());
     const CellVectors x = X + corner_values(d.mesh, cell, u);
     const Eigen::Matrix3d R = cell_rotation(entry.geometry, d.shapes.material(), x);
     const CellVectors f = cell_force(entry.stiffness, R, X, x);
@@ -159,7 +161,8 @@ double strain_energy_product(const Discretization& d, const Eigen::Matrix3Xd& u)
   RestShapes::Entry scratch;
   for (int cell = 0; cell < d.mesh.cell_count(); ++cell) {
     const RestShapes::CellView entry = d.shapes.entry(d.mesh, cell, scratch);
-    const CellVectors X = corner_values(d.mesh, cell, d.mesh.nodes);
+    const bool turns = d.shapes.material().kinematics == Kinematics::corotational;
+    const CellVectors X = turns ? corner_values(d.mesh, cell, d.mesh.nodes) : CellVectors(CellVectors::Zero());
     const CellVectors x = X + corner_values(d.mesh, cell, u);
     const Eigen::Matrix3d R = cell_rotation(entry.geometry, d.shapes.material(), x);
     const CellVectors local = R.transpose() * x - X;
