@@ -36,7 +36,7 @@ StaticSolution solve_static(const RefinementForest& forest, Discretization discr
   solution.times.reduce_ms = solution.equilibrium.times.reduce_ms;
   solution.times.solve_ms = solution.equilibrium.times.solve_ms;
   watch.lap();
-  solution.estimate = estimate_error_spr(d, solution.equilibrium.u);
+  solution.estimate = estimate_error(d, solution.equilibrium.u, problem.estimator);
   solution.times.estimate_ms = watch.lap();
   return solution;
 }

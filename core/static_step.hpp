@@ -17,6 +17,7 @@ struct StaticProblem {
   BodyForce body;
   EquilibriumOptions solver;
   std::vector<SpringSupport> springs = {};  ///< their anchors where they are at t = 0
+  Estimator estimator = Estimator::spr;
 };
 
 /// Milliseconds of wall time of the stages of one step. Topology: mesh, T, patterns, hierarchy and the transfer of the

@@ -87,7 +87,7 @@ void follow_solution(const MotionProblem& problem, const EndedStep& step, Tissue
   if (step.forces_jump) end_release(tissue.release, tissue.mesh);
   if (!problem.estimate_error && !problem.adapt) return;
   Stopwatch watch;
-  tissue.estimate = estimate_error_spr(tissue.mesh.d, tissue.state.u);
+  tissue.estimate = estimate_error(tissue.mesh.d, tissue.state.u, problem.estimator);
   const ErrorEstimate& estimate = tissue.estimate;
   report.eta = estimate.relative;
   report.eta_local_max = estimate.energy_norm > 0.0 ? estimate.eta.maxCoeff() / estimate.energy_norm : 0.0;

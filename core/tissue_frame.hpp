@@ -19,6 +19,7 @@ struct MotionProblem {
   TissueStepOptions step;
   StepSolverOptions solver;
   bool estimate_error = true;  ///< every frame; needed by `adapt`
+  Estimator estimator = Estimator::spr;
   std::optional<FrameAdaptRules> adapt;
 };
 

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "benchmarks/program/adaptivity_summary.hpp"
+#include "benchmarks/program/certificate.hpp"
 #include "benchmarks/program/frame_statistics.hpp"
 #include "benchmarks/program/optional_field.hpp"
 #include "benchmarks/program/sha256.hpp"
@@ -14,7 +15,6 @@ namespace finegauge {
 namespace {
 
 constexpr const char* no_needle = "the scene has no needle";
-constexpr const char* no_bounds = "the estimator certifies no bounds";
 constexpr const char* no_estimate = "estimate_error = false";
 
 Json to_json(const EnergyLedger& energy) {
@@ -173,12 +173,14 @@ Json to_json(const MotionFrame& frame, const Scene& scene) {
   put(row, "force", needle, r.force, no_needle);
   put(row, "tip_force", needle, r.tip_force, no_needle);
   put(row, "shaft_force", needle, r.shaft_force, no_needle);
+  put(row, "across_force", needle, r.across_force, no_needle);
   put(row, "base_force", needle, r.base_force, no_needle);
   row["dofs"] = f.dofs, row["cells"] = f.cells, row["hanging_nodes"] = f.hanging_nodes;
   put(row, "eta", f.eta, no_estimate);
   put(row, "eta_local_max", f.eta_local_max, no_estimate);
-  put(row, "error_low", false, 0.0, no_bounds);
-  put(row, "error_high", false, 0.0, no_bounds);
+  const std::string uncertified = why_uncertified(scene);
+  put(row, "error_low", false, 0.0, uncertified.c_str());
+  put(row, "error_high", false, 0.0, uncertified.c_str());
   row["equilibrium_error"] = f.equilibrium_error;
   row["tolerance_met"] = f.tolerance_met;
   put_tolerance(scene, f, row);

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "benchmarks/program/atomic_file.hpp"
+#include "benchmarks/program/certificate.hpp"
 #include "benchmarks/program/mesh_picture.hpp"
 #include "benchmarks/program/plots.hpp"
 #include "benchmarks/program/sha256.hpp"
@@ -115,6 +116,8 @@ void print_steps(const Scene& scene, const StaticRun& run, const std::vector<std
   for (const QuantityOfInterest& quantity : scene.quantities)
     std::printf("%s = %s\n", quantity.name.c_str(),
                 quantity_text(quantity, run.steps.back().quantities.at(quantity.name), scene.dimensionless).c_str());
+  std::printf("error at the end: %s\n",
+              certificate_text(scene, run.steps.back().eta, run.steps.back().converged).c_str());
   std::printf("stopped: %s\n", run.stopped_because.c_str());
   for (const std::string& note : notes) std::printf("note: %s\n", note.c_str());
   std::fflush(stdout);

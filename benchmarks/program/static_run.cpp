@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "benchmarks/program/optional_field.hpp"
 #include "benchmarks/program/quantity_points.hpp"
 #include "benchmarks/program/static_notes.hpp"
 #include "core/adapt/apply_refinements.hpp"
@@ -98,6 +99,8 @@ Json to_json(const StaticStep& s) {
               {"iterations", s.iterations},
               {"newton_iterations", s.newton_iterations},
               {"strain_energy", s.strain_energy}};
+  put(row, "error_low", s.certified.has_value(), s.certified ? s.certified->low : 0.0, s.uncertified.c_str());
+  put(row, "error_high", s.certified.has_value(), s.certified ? s.certified->high : 0.0, s.uncertified.c_str());
   if (!s.quantities.empty()) row["quantities"] = s.quantities;
   row["estimate_ms"] = s.estimate_ms, row["mark_ms"] = s.mark_ms, row["topology_ms"] = s.topology_ms;
   row["assemble_ms"] = s.assemble_ms, row["reduce_ms"] = s.reduce_ms, row["solve_ms"] = s.solve_ms;
@@ -107,8 +110,8 @@ Json to_json(const StaticStep& s) {
 
 StaticRun run_static(const Scene& scene, const StaticObserver& observer) {
   RefinementForest forest = start_forest(scene);
-  const StaticProblem problem{scene.material, support_conditions(scene), scene.loads, body_force(scene),
-                              scene.solver,   spring_supports(scene)};
+  const StaticProblem problem{scene.material, support_conditions(scene), scene.loads,    body_force(scene),
+                              scene.solver,   spring_supports(scene),    scene.estimator};
   StaticRun run;
   std::vector<Refinement> chosen;
   FactorCache factors;
@@ -134,6 +137,8 @@ StaticRun run_static(const Scene& scene, const StaticObserver& observer) {
     step.cells = d.mesh.cell_count(), step.nodes = d.mesh.node_count();
     step.hanging_nodes = d.hanging.hanging_count(), step.dofs = d.dof_count();
     step.eta = estimate.relative;
+    step.certified = certified_range(scene, step.eta, equilibrium.converged);
+    step.uncertified = equilibrium.converged ? why_uncertified(scene) : "the solve did not converge";
     step.eta_local_max = estimate.energy_norm > 0.0 ? estimate.eta.maxCoeff() / estimate.energy_norm : 0.0;
     step.tolerance_met = scene.adapt && scene.adapt->tolerance > 0.0 && estimate.relative <= scene.adapt->tolerance;
     step.converged = equilibrium.converged, step.residual = equilibrium.relative_residual;

@@ -2,9 +2,11 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "benchmarks/program/certificate.hpp"
 #include "benchmarks/program/result_document.hpp"
 #include "core/adapt/error_estimate.hpp"
 #include "core/equilibrium.hpp"
@@ -16,10 +18,12 @@ namespace finegauge {
 /// One solve of the adaptive loop: a row of the result.
 struct StaticStep {
   int step = 0, cells = 0, nodes = 0, hanging_nodes = 0;
-  int dofs = 0;                ///< 3 × nodes that do not hang, prescribed ones included
-  double eta = 0.0;            ///< estimated relative error in the energy norm
-  double eta_local_max = 0.0;  ///< largest η_e over the energy norm of the whole solution
-  bool tolerance_met = false;  ///< false without a tolerance
+  int dofs = 0;                             ///< 3 × nodes that do not hang, prescribed ones included
+  double eta = 0.0;                         ///< estimated relative error in the energy norm
+  double eta_local_max = 0.0;               ///< largest η_e over the energy norm of the whole solution
+  std::optional<CertifiedRange> certified;  ///< of the error
+  std::string uncertified;                  ///< why there is no range
+  bool tolerance_met = false;               ///< false without a tolerance
   bool converged = false;
   double residual = 0.0;                      ///< relative
   int iterations = 0, newton_iterations = 0;  ///< of the linear solver, summed over Newton's

@@ -176,4 +176,20 @@ ErrorEstimate estimate_error_spr(const Discretization& d, const Eigen::Matrix3Xd
   return estimate;
 }
 
+ErrorEstimate estimate_error(const Discretization& d, const Eigen::Matrix3Xd& u, Estimator estimator) {
+  ErrorEstimate estimate = estimate_error_spr(d, u);
+  if (estimator == Estimator::spr) return estimate;
+  double added = 0.0;
+  for (int cell = 0; cell < d.mesh.cell_count(); ++cell) {
+    if (d.singular_edge[cell] == 0) continue;
+    const double weight = d.singular_edge[cell] == 1 ? single_cell_edge_weight : singular_edge_weight;
+    added += (weight - 1.0) * estimate.eta[cell] * estimate.eta[cell];
+    estimate.eta[cell] *= std::sqrt(weight);
+  }
+  if (added == 0.0) return estimate;
+  estimate.total = std::sqrt(estimate.total * estimate.total + added);
+  estimate.relative = estimate.energy_norm > 0.0 ? estimate.total / estimate.energy_norm : 0.0;
+  return estimate;
+}
+
 }  // namespace finegauge

@@ -73,8 +73,8 @@ bool octants_agree(const std::array<int, 8>& octants, const Eigen::Matrix3Xd& ce
 }
 
 PatchPolynomial fit_inner_node(const Mesh& mesh, std::span<const int> cells, int node, const Eigen::Matrix3Xd& centres,
-                               const VoigtColumns& values) {
-  if (mesh.shape == CellShape::tetrahedron)
+                               const VoigtColumns& values, PatchBasis most) {
+  if (mesh.shape == CellShape::tetrahedron || most == PatchBasis::linear)
     return fit_patch(cells, centres, values, Eigen::Matrix3d::Identity(), PatchBasis::linear);
   std::array<int, 8> octants;
   if (find_octants(mesh, cells, node, octants)) {
@@ -184,7 +184,7 @@ CellStresses cell_stresses(const Discretization& d, const Eigen::Matrix3Xd& u) {
   return stresses;
 }
 
-VoigtColumns recover_stress_spr(const Discretization& d, const CellStresses& stresses) {
+VoigtColumns recover_stress_spr(const Discretization& d, const CellStresses& stresses, PatchBasis most) {
   const Mesh& mesh = d.mesh;
   const NodeCells around = cells_around_nodes(mesh);
   const Eigen::Matrix3Xd centres = cell_centres(mesh);
@@ -203,7 +203,7 @@ VoigtColumns recover_stress_spr(const Discretization& d, const CellStresses& str
   for (int node = 0; node < mesh.node_count(); ++node) {
     if (!inner[node]) continue;
     const auto cells = cells_at(around, node);
-    PatchPolynomial p = fit_inner_node(mesh, cells, node, centres, stresses.centre);
+    PatchPolynomial p = fit_inner_node(mesh, cells, node, centres, stresses.centre, most);
     nodal.col(node) = p(mesh.nodes.col(node));
     if (kept_as[node] < 0) continue;
     if (p.basis == PatchBasis::trilinear && p.condition > largest_extrapolated_condition)

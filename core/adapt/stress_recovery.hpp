@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "core/adapt/patch_polynomial.hpp"
 #include "core/elasticity/cell_response.hpp"
 #include "core/mesh/hanging_nodes.hpp"
 #include "core/space/discretization.hpp"
@@ -35,6 +36,10 @@ inline constexpr double least_sampled_share = 0.5;
 ///
 /// In an immersed body a node with a cell of less than `least_sampled_share` around it is treated as a node on the
 /// boundary, and where its own patch decides, such cells are left out as long as others remain.
-Eigen::Matrix<double, 6, Eigen::Dynamic> recover_stress_spr(const Discretization& d, const CellStresses& stresses);
+///
+/// `most` = PatchBasis::linear leaves out the mixed terms everywhere: a poorer fit, but one that does not carry
+/// alternating errors of the samples, such as the pressures of a mean dilatation on distorted cells, to the boundary.
+Eigen::Matrix<double, 6, Eigen::Dynamic> recover_stress_spr(const Discretization& d, const CellStresses& stresses,
+                                                            PatchBasis most = PatchBasis::trilinear);
 
 }  // namespace finegauge

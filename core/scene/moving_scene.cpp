@@ -39,6 +39,7 @@ MotionProblem motion_problem(const Scene& scene) {
   problem.step = dynamics.step;
   problem.solver = dynamics.solver;
   problem.estimate_error = dynamics.estimate_error;
+  problem.estimator = scene.estimator;
   problem.adapt = dynamics.adapt;
   return problem;
 }

@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/adapt/error_estimate.hpp"
 #include "core/elasticity/material.hpp"
 #include "core/equilibrium.hpp"
 #include "core/insertion_frame.hpp"
@@ -59,7 +60,6 @@ struct InitialRefinement {
 
 enum class Marking { maximum, bulk, fraction, threshold };
 enum class RefinementPolicy { one_template, directional };
-enum class Estimator { spr };
 
 /// How a static problem is refined: solve, estimate, mark, refine, again.
 struct AdaptRules {
@@ -72,7 +72,6 @@ struct AdaptRules {
   double tolerance = 0.0;  ///< stop at a relative estimated error η of at most this
   int max_depth = 0;       ///< a leaf this deep is not refined
   int max_dofs = 0;        ///< no further step from this many dofs on
-  Estimator estimator = Estimator::spr;
 };
 
 /// What makes a scene a moving one.
@@ -126,6 +125,7 @@ struct Scene {
   std::vector<SurfaceLoad> loads;
   Eigen::Vector3d body_force = Eigen::Vector3d::Zero();  ///< [N/m³]
   std::vector<InitialRefinement> refinements;
+  Estimator estimator = Estimator::spr_edges;
   std::optional<AdaptRules> adapt;  ///< of a static scene
   EquilibriumOptions solver;        ///< of a static scene
   std::optional<SceneDynamics> dynamics;

@@ -210,7 +210,10 @@ constexpr SceneKey keys[] = {
      KeyScope::always, "", "1"},
     {"adapt", "max_dofs", KeyType::integer, "", whole(1, 2147483647), "", "2000000",
      "no further refinement from this many degrees of freedom on"},
-    {"adapt", "estimator", KeyType::choice, "", any, "spr", "\"spr\"", "superconvergent patch recovery"},
+    {"adapt", "estimator", KeyType::choice, "", any, "spr|spr_edges", "\"spr_edges\"",
+     "superconvergent patch recovery as the paper has it, or with cells at singular edges of the body (notches, rims "
+     "of "
+     "clamped faces) weighted by what it misses there; scenes without [adapt] take the latter"},
 
     {"solver", "method", KeyType::choice, "", any, "automatic|direct|multigrid", "\"automatic\"",
      "sparse Cholesky, or conjugate gradients with multigrid", KeyScope::static_only,

@@ -1,6 +1,7 @@
 #include "core/scene/scene_reader.hpp"
 
 #include <algorithm>
+#include <stdexcept>
 #include <utility>
 
 #include "core/scene/attachment_reader.hpp"
@@ -220,11 +221,18 @@ Scene read_scene(const std::filesystem::path& file, std::span<const std::string>
   if (!moving) scene.solver = read_solver(single("solver"));
 
   read_geometry(document, scene);
-  BaseMesh mesh = base_mesh(scene);
+  BaseMesh mesh;
   // Imported meshes are checked where they are read; a box is sound unless rounding makes its nodes coincide.
-  if (std::holds_alternative<BoxMeshOptions>(scene.geometry))
-    if (const std::string defect = validate(mesh); !defect.empty())
-      single("box").refuse("size", "found an unsound mesh: " + defect);
+  const bool box = std::holds_alternative<BoxMeshOptions>(scene.geometry);
+  std::string defect;
+  try {
+    mesh = base_mesh(scene);
+    if (box) defect = validate(mesh);
+  } catch (const std::invalid_argument& refused) {
+    if (!box) throw;
+    defect = refused.what();
+  }
+  if (!defect.empty()) single("box").refuse("size", "found an unsound mesh: " + defect);
   for (const SectionReader& reader : repeated(document, "surface")) {
     read_named_surface(reader, mesh, scene);
     mesh.surfaces[scene.surfaces.back().name] = select_faces(mesh, scene.surfaces.back());
@@ -241,6 +249,7 @@ Scene read_scene(const std::filesystem::path& file, std::span<const std::string>
   for (const SectionReader& reader : repeated(document, "refine"))
     scene.refinements.push_back(read_refinement(reader, mesh.shape));
   read_needle(document, mesh, scene);
+  if (document.root().contains("adapt") && single("adapt").text("estimator") == "spr") scene.estimator = Estimator::spr;
   if (moving)
     read_dynamics(document, mesh.shape, scene);
   else if (document.root().contains("adapt"))

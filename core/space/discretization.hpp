@@ -8,6 +8,7 @@
 #include "core/mesh/mesh.hpp"
 #include "core/mesh/refinement_forest.hpp"
 #include "core/space/block_matrix.hpp"
+#include "core/space/singular_edges.hpp"
 #include "core/space/springs.hpp"
 #include "core/space/supports.hpp"
 
@@ -32,7 +33,8 @@ struct Discretization {
   RestShapes shapes;
   BlockPattern pattern;  ///< of the reduced matrix
   CellScatter scatter;
-  Springs springs;  ///< empty where there are none
+  Springs springs;                          ///< empty where there are none
+  std::vector<std::uint8_t> singular_edge;  ///< per cell, cells_at_singular_edges
 
   int dof_count() const { return 3 * hanging.reduced_count(); }  ///< the paper's count: prescribed ones included
 };

@@ -1,0 +1,260 @@
+#include "verification/support/exact_field.hpp"
+
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <stdexcept>
+
+#include "core/elasticity/polynomial_cell.hpp"
+
+namespace finegauge {
+
+namespace {
+
+using Complex = std::complex<double>;
+
+/// φ = a z^λ, ψ = b z^λ.
+struct Potentials {
+  double lambda;
+  Complex a, b;
+};
+
+/// In the corner's frame the bisector is the real axis; the cut of z^λ runs opposite to it.
+ExactField potentials_field(const std::string& name, const Potentials& p, const Eigen::Vector2d& at, double bisector,
+                            const Material& material) {
+  const Complex turn = std::polar(1.0, bisector);
+  const auto local = [=](const Eigen::Vector3d& X) {
+    return (Complex(X.x(), X.y()) - Complex(at.x(), at.y())) * std::conj(turn);
+  };
+  const auto displacement = [=](const Eigen::Vector3d& X) -> Eigen::Vector3d {
+    const Complex z = local(X);
+    if (z == Complex(0.0)) return Eigen::Vector3d::Zero();
+    const double kappa = 3.0 - 4.0 * material.poisson_ratio;
+    const Complex power = std::pow(z, p.lambda), phi = p.a * power, dphi = p.lambda * phi / z, psi = p.b * power;
+    const Complex u = turn * (kappa * phi - z * std::conj(dphi) - std::conj(psi)) / (2.0 * material.mu());
+    return {u.real(), u.imag(), 0.0};
+  };
+  const auto stress = [=](const Eigen::Vector3d& X) -> Voigt {
+    const Complex z = local(X), power = std::pow(z, p.lambda - 1.0);
+    const Complex dphi = p.lambda * p.a * power, ddphi = (p.lambda - 1.0) * dphi / z, dpsi = p.lambda * p.b * power;
+    const double sum = 4.0 * dphi.real();
+    // σ_yy - σ_xx + 2 i σ_xy turns with exp(-2 i angle) of the frame.
+    const Complex difference = 2.0 * (std::conj(z) * ddphi + dpsi) * std::conj(turn) * std::conj(turn);
+    Voigt s;
+    s << 0.5 * (sum - difference.real()), 0.5 * (sum + difference.real()), material.poisson_ratio * sum,
+        0.5 * difference.imag(), 0.0, 0.0;
+    return s;
+  };
+  return {name, displacement, stress, {}, at};
+}
+
+/// At r = 1, of (Re a, Im a, Re b, Im b): no resultant φ + z φ'̄ + ψ̄ on the free face at `half`, no displacement on
+/// the clamped one at -half.
+Eigen::Matrix4d clamped_corner_conditions(double lambda, double half, const Material& material) {
+  const double kappa = 3.0 - 4.0 * material.poisson_ratio;
+  Eigen::Matrix4d conditions;
+  for (int k = 0; k < 4; ++k) {
+    const Complex a = k == 0 ? Complex(1.0, 0.0) : k == 1 ? Complex(0.0, 1.0) : Complex(0.0);
+    const Complex b = k == 2 ? Complex(1.0, 0.0) : k == 3 ? Complex(0.0, 1.0) : Complex(0.0);
+    const auto parts = [&](double angle) {
+      const Complex z = std::polar(1.0, angle), power = std::polar(1.0, lambda * angle);
+      return std::pair(a * power, z * std::conj(lambda * a * power / z) + std::conj(b * power));
+    };
+    const auto [phi_free, rest_free] = parts(half);
+    const auto [phi_clamped, rest_clamped] = parts(-half);
+    const Complex free = phi_free + rest_free, clamped = kappa * phi_clamped - rest_clamped;
+    conditions.col(k) << free.real(), free.imag(), clamped.real(), clamped.imag();
+  }
+  return conditions;
+}
+
+/// A root between two places where f has different signs.
+template <class F>
+double bisect(const F& f, double low, double high) {
+  const bool rises = f(high) > 0.0;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = 0.5 * (low + high);
+    ((f(middle) > 0.0) == rises ? high : low) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
+double exponent_equation(CornerMode mode, double opening, double lambda) {
+  const double sign = mode == CornerMode::opening ? 1.0 : -1.0;
+  return std::sin(opening * lambda) + sign * lambda * std::sin(opening);
+}
+
+/// σ_h at a point [Pa]: with Dilatation::mean the volumetric part is the cell's.
+Voigt discrete_stress(const Material& material, const CellVectors& u, const Gradients& gradients,
+                      const Gradients& mean_gradients) {
+  const Eigen::Matrix3d H = u * gradients.transpose();
+  const double dilatation = material.dilatation == Dilatation::mean ? u.cwiseProduct(mean_gradients).sum() : H.trace();
+  Eigen::Matrix3d sigma = material.mu() * (H + H.transpose());
+  sigma.diagonal().array() += material.bulk() * dilatation - 2.0 / 3.0 * material.mu() * H.trace();
+  Voigt voigt;
+  voigt << sigma(0, 0), sigma(1, 1), sigma(2, 2), sigma(0, 1), sigma(1, 2), sigma(2, 0);
+  return voigt;
+}
+
+/// A rectangle of the natural coordinates ξ and η of a cell, all of ζ.
+struct Rectangle {
+  Eigen::Vector2d low, size;
+};
+
+/// What a cell needs to be integrated over.
+struct CellAtPoint {
+  const Discretization& d;
+  const ExactField& exact;
+  const Eigen::Matrix<double, 6, Eigen::Dynamic>& recovered;
+  int cell;
+  CellVectors X, u;
+  Gradients mean_gradients;
+  double error = 0.0, energy = 0.0, recovered_error = 0.0;  ///< sums of squares
+
+  void add(const Eigen::Vector3d& xi, double weight) {
+    const auto N = shape_functions(CellShape::hexahedron, xi);
+    const Eigen::Matrix<double, 3, 8> dN = shape_gradients(CellShape::hexahedron, xi);
+    const Eigen::Matrix3d J = X * dN.transpose();
+    const double dV = weight * J.determinant();
+    const Gradients gradients = J.inverse().transpose() * dN;
+    Eigen::Vector3d at = Eigen::Vector3d::Zero();
+    Voigt interpolated = Voigt::Zero();
+    for (int c = 0; c < 8; ++c) {
+      at += N[c] * X.col(c);
+      interpolated += N[c] * recovered.col(d.mesh.cells[cell][c]);
+    }
+    const Material& material = d.shapes.material();
+    const Voigt sigma = exact.stress(at);
+    const Voigt difference = discrete_stress(material, u, gradients, mean_gradients) - sigma;
+    error += dV * complementary_product(material, difference, difference);
+    energy += dV * complementary_product(material, sigma, sigma);
+    interpolated -= sigma;
+    recovered_error += dV * complementary_product(material, interpolated, interpolated);
+  }
+
+  void integrate(const Rectangle& r, const GaussRule& rule) {
+    const std::size_t n = rule.points.size();
+    for (std::size_t k = 0; k < n; ++k)
+      for (std::size_t j = 0; j < n; ++j)
+        for (std::size_t i = 0; i < n; ++i)
+          add({r.low.x() + r.size.x() * rule.points[i], r.low.y() + r.size.y() * rule.points[j], rule.points[k]},
+              rule.weights[i] * rule.weights[j] * rule.weights[k] * r.size.x() * r.size.y());
+  }
+
+  /// Nearest distance, in the plane, of the rectangle's corners at ζ = 1/2 to the line, and the rectangle's diameter.
+  std::array<double, 2> distance_and_size(const Rectangle& r) const {
+    std::array<Eigen::Vector2d, 4> corner;
+    double nearest = std::numeric_limits<double>::infinity();
+    for (int c = 0; c < 4; ++c) {
+      const auto N = shape_functions(CellShape::hexahedron, {r.low.x() + ((c & 1) ? r.size.x() : 0.0),
+                                                             r.low.y() + ((c & 2) ? r.size.y() : 0.0), 0.5});
+      Eigen::Vector3d at = Eigen::Vector3d::Zero();
+      for (int a = 0; a < 8; ++a) at += N[a] * X.col(a);
+      corner[c] = at.head<2>();
+      nearest = std::min(nearest, (corner[c] - *exact.singular_line).norm());
+    }
+    return {nearest, std::max((corner[3] - corner[0]).norm(), (corner[2] - corner[1]).norm())};
+  }
+
+  /// Quarters that touch the line are split again; the last one, 2^-24 of the cell, holds
+  /// 1e-7 of its energy where λ is a half, 5e-5 where it is 0.3.
+  void integrate_towards_line(const Rectangle& r, const GaussRule& rule, int level) {
+    const auto [distance, size] = distance_and_size(r);
+    if (level == 24 || distance > 0.4 * size) {
+      integrate(r, rule);
+      return;
+    }
+    for (int q = 0; q < 4; ++q) {
+      const Eigen::Vector2d half = 0.5 * r.size;
+      integrate_towards_line({r.low + half.cwiseProduct(Eigen::Vector2d(q & 1, q >> 1)), half}, rule, level + 1);
+    }
+  }
+};
+
+}  // namespace
+
+ExactField exact_field(const ManufacturedSolution& solution, const Material& material) {
+  return {solution.name,
+          [solution](const Eigen::Vector3d& X) { return displacement(solution, X); },
+          [solution, material](const Eigen::Vector3d& X) { return stress(solution, material, X); },
+          [solution, material](const Eigen::Vector3d& X) { return body_force(solution, material, X); },
+          {}};
+}
+
+double corner_exponent(CornerMode mode, double opening) {
+  if (!(opening > std::numbers::pi && opening <= 2.0 * std::numbers::pi))
+    throw std::invalid_argument("corner_exponent: the opening must be above pi and at most 2 pi");
+  // λ = 1 always solves the sliding mode (a rotation); the root sought lies between 1/2 and there.
+  const double step = 1e-3;
+  for (double low = 0.5 - 0.5 * step; low < 1.0 - 2.0 * step; low += step) {
+    const auto equation = [&](double lambda) { return exponent_equation(mode, opening, lambda); };
+    if (equation(low) * equation(low + step) <= 0.0) return bisect(equation, low, low + step);
+  }
+  throw std::invalid_argument("corner_exponent: no singular term of this mode at this opening");
+}
+
+ExactField corner_field(CornerMode mode, double opening, const Eigen::Vector2d& at, double bisector,
+                        const Material& material) {
+  const double lambda = corner_exponent(mode, opening);
+  const bool symmetric = mode == CornerMode::opening;
+  const Complex a = symmetric ? Complex(1.0, 0.0) : Complex(0.0, 1.0);
+  const double b_size = symmetric ? -(std::cos(opening * lambda) + lambda * std::cos(opening))
+                                  : std::cos(opening * lambda) - lambda * std::cos(opening);
+  return potentials_field(std::string(symmetric ? "opening" : "sliding") + " corner", {lambda, a, b_size * a}, at,
+                          bisector, material);
+}
+
+ExactField clamped_corner_field(double free_face, double clamped_face, const Eigen::Vector2d& at,
+                                const Material& material, double* exponent) {
+  const double bisector = 0.5 * (free_face + clamped_face), half = 0.5 * (free_face - clamped_face);
+  const auto determinant = [&](double lambda) {
+    return clamped_corner_conditions(lambda, half, material).determinant();
+  };
+  const double step = 1e-3;
+  for (double low = 0.3; low < 1.0 - 2.0 * step; low += step) {
+    if (determinant(low) * determinant(low + step) > 0.0) continue;
+    const double lambda = bisect(determinant, low, low + step);
+    // What the conditions leave free: the last right singular vector.
+    const Eigen::JacobiSVD<Eigen::Matrix4d> svd(clamped_corner_conditions(lambda, half, material), Eigen::ComputeFullV);
+    const Eigen::Vector4d v = svd.matrixV().col(3);
+    if (exponent) *exponent = lambda;
+    return potentials_field("clamped corner", {lambda, {v[0], v[1]}, {v[2], v[3]}}, at, bisector, material);
+  }
+  throw std::invalid_argument("clamped_corner_field: no real exponent below one at this opening");
+}
+
+TrueError true_error(const Discretization& d, const ExactField& exact, const Eigen::Matrix3Xd& u,
+                     const Eigen::Matrix<double, 6, Eigen::Dynamic>& recovered, int points_per_axis) {
+  if (d.mesh.shape != CellShape::hexahedron || d.shapes.material().kinematics != Kinematics::linear)
+    throw std::invalid_argument("true_error: hexahedra with linear kinematics only");
+  const GaussRule rule = gauss_rule(points_per_axis);
+  TrueError result;
+  result.cell.resize(d.mesh.cell_count());
+  double energy = 0.0, recovered_error = 0.0;
+  CellGeometry scratch;
+  for (int cell = 0; cell < d.mesh.cell_count(); ++cell) {
+    CellAtPoint at{d,
+                   exact,
+                   recovered,
+                   cell,
+                   corner_values(d.mesh, cell, d.mesh.nodes),
+                   corner_values(d.mesh, cell, u),
+                   d.shapes.geometry(d.mesh, cell, scratch).mean_gradients};
+    const Rectangle whole{Eigen::Vector2d::Zero(), Eigen::Vector2d::Ones()};
+    if (exact.singular_line)
+      at.integrate_towards_line(whole, rule, 0);
+    else
+      at.integrate(whole, rule);
+    result.cell[cell] = std::sqrt(at.error);
+    energy += at.energy;
+    recovered_error += at.recovered_error;
+  }
+  result.total = result.cell.norm();
+  result.energy_norm = std::sqrt(energy);
+  result.recovered = std::sqrt(recovered_error);
+  return result;
+}
+
+}  // namespace finegauge

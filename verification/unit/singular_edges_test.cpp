@@ -1,0 +1,89 @@
+#include "core/space/singular_edges.hpp"
+
+#include "core/mesh/refinement_forest.hpp"
+#include "verification/support/catch.hpp"
+
+using namespace finegauge;
+
+namespace {
+
+BaseMesh box(std::array<int, 3> cells, const std::optional<RemovedBlock>& removed = {}) {
+  BoxMeshOptions options;
+  options.size = {static_cast<double>(cells[0]), static_cast<double>(cells[1]), static_cast<double>(cells[2])};
+  options.cells = cells;
+  options.removed = removed;
+  return box_mesh(options);
+}
+
+SupportCondition clamped(const char* surface) { return {surface, std::nullopt, {}}; }
+SupportCondition roller(const char* surface, int axis) {
+  return {surface, Eigen::Vector3d(Eigen::Vector3d::Unit(axis)), {}};
+}
+
+std::vector<std::uint8_t> marks(const RefinementForest& forest, const std::vector<SupportCondition>& supports) {
+  return cells_at_singular_edges(forest.base(), forest.topology(), forest.leaf_mesh(), supports, 0.3);
+}
+
+/// Of a box of 3 × 3 × 1 cells, by rows of y: the marks.
+std::vector<std::uint8_t> marks_of_plate(const std::vector<SupportCondition>& supports,
+                                         const std::optional<RemovedBlock>& removed = {}) {
+  return marks(RefinementForest(box({3, 3, 1}, removed)), supports);
+}
+
+}  // namespace
+
+TEST_CASE("a free box has no singular edge, a box clamped on one face its rim", "[singular_edges]") {
+  CHECK(marks_of_plate({}) == std::vector<std::uint8_t>(9, 0));
+  // All faces of the cells at x = 0 meet free ones there, at z_min and z_max too.
+  CHECK(marks_of_plate({clamped("x_min")}) == std::vector<std::uint8_t>{1, 0, 0, 1, 0, 0, 1, 0, 0});
+  // Clamped all around there is no free face to meet.
+  CHECK(marks_of_plate({clamped("x_min"), clamped("x_max"), clamped("y_min"), clamped("y_max"), clamped("z_min"),
+                        clamped("z_max")}) == std::vector<std::uint8_t>(9, 0));
+}
+
+TEST_CASE("rollers at right angles to free and to clamped faces are mirrors, not edges", "[singular_edges]") {
+  const std::vector<SupportCondition> plane = {roller("z_min", 2), roller("z_max", 2)};
+  CHECK(marks_of_plate(plane) == std::vector<std::uint8_t>(9, 0));
+  std::vector<SupportCondition> held = plane;
+  held.push_back(clamped("x_min"));
+  // The rim now is the two corners at which the clamped face meets the free y_min and y_max.
+  CHECK(marks_of_plate(held) == std::vector<std::uint8_t>{1, 0, 0, 0, 0, 0, 1, 0, 0});
+  // All directions held one by one are a clamp.
+  std::vector<SupportCondition> one_by_one = plane;
+  for (int axis = 0; axis < 3; ++axis) one_by_one.push_back(roller("x_min", axis));
+  CHECK(marks_of_plate(one_by_one) == marks_of_plate(held));
+  // A face held along itself only is free to bend inwards.
+  CHECK(marks_of_plate({roller("x_min", 1)}) == std::vector<std::uint8_t>(9, 0));
+}
+
+TEST_CASE("a notch counts three cells, an edge of a support within a face two", "[singular_edges]") {
+  const std::vector<std::uint8_t> notch = marks_of_plate({}, RemovedBlock{{2, 0, 0}, {3, 1, 1}});
+  // Cells (0,0) (1,0) | (0,1) (1,1) (2,1) | (0,2) (1,2) (2,2); the notch's edge is at x = 2, y = 1.
+  CHECK(notch == std::vector<std::uint8_t>{0, 3, 0, 3, 3, 0, 0, 0});
+
+  BaseMesh mesh = box({4, 1, 1});
+  for (const BaseFace& face : mesh.surfaces.at("y_min"))
+    if (face.cell < 2) mesh.surfaces["left_half"].push_back(face);
+  RefinementForest forest(mesh);
+  std::vector<SupportCondition> supports = {clamped("left_half"), roller("z_min", 2), roller("z_max", 2),
+                                            roller("x_min", 0)};
+  CHECK(marks(forest, supports) == std::vector<std::uint8_t>{0, 2, 2, 0});
+  supports[0] = roller("left_half", 1);
+  CHECK(marks(forest, supports) == std::vector<std::uint8_t>{0, 2, 2, 0});
+}
+
+TEST_CASE("of refined cells only those that touch the edge are marked", "[singular_edges]") {
+  RefinementForest forest(box({3, 3, 1}, RemovedBlock{{2, 0, 0}, {3, 1, 1}}));
+  forest.refine(3, {{2, 2, 2}});  // the cell opposite to the notch
+  const Mesh mesh = forest.leaf_mesh();
+  const std::vector<std::uint8_t> found = marks(forest, {});
+  int marked = 0;
+  for (int cell = 0; cell < mesh.cell_count(); ++cell) {
+    bool touches = false;
+    for (const int node : mesh.cells[cell])
+      touches = touches || (mesh.nodes.col(node).head<2>() - Eigen::Vector2d(2.0, 1.0)).norm() < 1e-12;
+    CHECK((found[cell] != 0) == touches);
+    marked += found[cell] != 0;
+  }
+  CHECK(marked == 4);  // two cells of the base mesh and two of eight children
+}
