@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/scene/scene_error.hpp"
+#include "core/scene/text_file.hpp"
 
 namespace finegauge {
 
@@ -28,7 +29,7 @@ int byte_count(ScalarType type) {
 bool is_whole(ScalarType type) { return type != ScalarType::float32 && type != ScalarType::float64; }
 
 void FileBytes::fail(const std::string& field, const std::string& what) const {
-  throw SceneError(file_ + ": byte " + std::to_string(place_) + ": " + field + ": " + what);
+  throw SceneError(file_ + ": byte " + std::to_string(place_) + ": " + quoted_excerpt(field) + ": " + what);
 }
 
 void FileBytes::skip(std::size_t bytes, const std::string& field) {

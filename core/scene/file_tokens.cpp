@@ -17,7 +17,7 @@ std::string shown(std::string_view word) { return "\"" + quoted_excerpt(std::str
 }  // namespace
 
 void FileTokens::fail_at(std::size_t line, const std::string& field, const std::string& what) const {
-  throw SceneError(file_ + ":" + std::to_string(line) + ": " + field + ": " + what);
+  throw SceneError(file_ + ":" + std::to_string(line) + ": " + quoted_excerpt(field) + ": " + what);
 }
 
 void FileTokens::skip_space() {
@@ -80,13 +80,14 @@ double FileTokens::number(const char* field) {
 std::string FileTokens::quoted(const char* field) {
   skip_space();
   line_ = next_line_;
-  const std::size_t line_end = rest_.find('\n');
-  const std::size_t close = rest_.empty() ? std::string_view::npos : rest_.find('"', 1);
-  if (rest_.empty() || rest_[0] != '"' || close == std::string_view::npos || close > line_end || close == 1)
-    fail(field, "found " + shown(rest_.substr(0, line_end)) + ", allowed a name in double quotes");
-  std::string name(rest_.substr(1, close - 1));
+  // The end of the line is not looked for: a file may be one line of many names.
+  const std::size_t close = rest_.find('"', 1);
+  const bool closed = rest_.starts_with('"') && close != std::string_view::npos;
+  const std::string_view name = closed ? rest_.substr(1, close - 1) : std::string_view();
+  if (name.empty() || name.find('\n') != std::string_view::npos)
+    fail(field, "found " + shown(rest_.substr(0, rest_.find('\n'))) + ", allowed a name in double quotes");
   rest_.remove_prefix(close + 1);
-  return name;
+  return std::string(name);
 }
 
 void FileTokens::expect(const std::string& section) {

@@ -14,6 +14,7 @@ namespace {
 
 constexpr std::int64_t most_items = std::int64_t{1} << 30;  // of anything; storage grows with what is really read
 constexpr std::int64_t any_tag = std::int64_t{1} << 53;
+constexpr std::size_t most_groups = 32;  // of a surface: each of its faces is in all of them
 
 int element_node_count(FileTokens& in, std::int64_t type) {
   switch (type) {
@@ -74,7 +75,12 @@ void read_entities(FileTokens& in, GmshContents& contents) {
       const std::int64_t groups = in.integer("number of physical tags", 0, most_items);
       for (std::int64_t k = 0; k < groups; ++k) {
         const std::int64_t group = in.integer("physical tag", -any_tag, any_tag);
-        if (dimension == 2) contents.groups_of_surface[tag].push_back(std::abs(group));
+        if (dimension != 2) continue;
+        std::vector<std::int64_t>& of_surface = contents.groups_of_surface[tag];
+        of_surface.push_back(std::abs(group));
+        if (of_surface.size() > most_groups)
+          in.fail("physical tag", "found more than " + std::to_string(most_groups) + " of surface " +
+                                      std::to_string(tag) + ", allowed as many");
       }
       if (dimension == 0) continue;
       const std::int64_t bounding = in.integer("number of bounding entities", 0, most_items);

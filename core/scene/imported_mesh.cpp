@@ -10,19 +10,23 @@
 #include <tuple>
 #include <vector>
 
+#include "core/scene/number_limits.hpp"
+
 namespace finegauge {
 namespace {
 
-// Below this share of the product of its edge lengths a volume is rounding.
-constexpr double flat = 1e-12;
+// Below this share of the product of its edge lengths a volume is rounding, below that of its coordinates an edge is.
+// Twice the limits of validate, whose sums round differently: what was read must not be unsound later.
+constexpr double flat = 2e-12, shortest = 2e-14;
 
-/// Jacobian determinant over the lengths of its columns, in [-1, 1]; NaN where a column vanishes or overflows.
-double relative_jacobian(CellShape shape, const Eigen::Matrix<double, 3, max_corners>& corners,
+/// Jacobian determinant over the lengths of its columns, in [-1, 1]; NaN where a column is no edge: nothing beside
+/// `farthest`, the largest coordinate, or out of the magnitudes allowed. `corners` are relative to the first.
+double relative_jacobian(CellShape shape, const Eigen::Matrix<double, 3, max_corners>& corners, double farthest,
                          const Eigen::Vector3d& xi) {
   Eigen::Matrix3d J = corners * shape_gradients(shape, xi).transpose();
   for (int k = 0; k < 3; ++k) {
-    const double length = J.col(k).stableNorm();
-    if (!(length > 0.0 && std::isfinite(length))) return std::numeric_limits<double>::quiet_NaN();
+    const double length = J.col(k).norm();
+    if (!(length > shortest * farthest && has_sound_magnitude(length))) return std::numeric_limits<double>::quiet_NaN();
     J.col(k) /= length;
   }
   return J.determinant();
@@ -72,10 +76,17 @@ std::string cell_defect(CellShape shape, const Eigen::Matrix3Xd& nodes, const st
       if (cell[a] == cell[b]) return "found the same corner twice, allowed " + std::to_string(count) + " distinct ones";
 
   Eigen::Matrix<double, 3, max_corners> corners = Eigen::Matrix<double, 3, max_corners>::Zero();
-  for (int c = 0; c < count; ++c) corners.col(c) = nodes.col(cell[c]) - nodes.col(cell[0]);
+  double farthest = 0.0;
+  for (int c = 0; c < count; ++c) {
+    corners.col(c) = nodes.col(cell[c]) - nodes.col(cell[0]);
+    farthest = std::max(farthest, nodes.col(cell[c]).cwiseAbs().maxCoeff());
+  }
   const auto defect_at = [&](const Eigen::Vector3d& xi, const std::string& place) {
-    const double jacobian = relative_jacobian(shape, corners, xi);
+    const double jacobian = relative_jacobian(shape, corners, farthest, xi);
     if (jacobian > flat) return std::string();
+    if (std::isnan(jacobian))
+      return "found a flat cell, without edges " + place +
+             ", allowed those that are longer than 2e-14 of the largest coordinate, and 1e-60 to 1e60";
     std::ostringstream words;
     words << "found " << (jacobian < -flat ? "an inverted" : "a flat") << " cell, Jacobian determinant " << jacobian
           << " of its edge lengths " << place << ", allowed > 0 (corners in the order of VTK and gmsh)";

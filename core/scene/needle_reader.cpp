@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <sstream>
+#include <stdexcept>
 
 #include "core/mesh/body_location.hpp"
 #include "core/mesh/refinement_forest.hpp"
@@ -91,9 +92,18 @@ void read_contact(const SectionReader& reader, SceneNeedle& needle) {
   needle.interaction.iterations = reader.integer("iterations");
 }
 
+Eigen::Matrix3Xd rest_nodes(const SectionReader& reader, const SceneNeedle& needle) {
+  try {
+    return scene_needle(needle).rest_positions;
+  } catch (const std::invalid_argument& defect) {
+    reader.refuse(needle.imperfection > 0.0 ? "imperfection" : "tip",
+                  std::string("found a needle that has no beams: ") + defect.what());
+  }
+}
+
 /// The body at rest is what is known here; where it is during a stroke only the run can tell.
 void check_outside(const SectionReader& reader, const BaseMesh& mesh, const SceneNeedle& needle) {
-  const Eigen::Matrix3Xd nodes = scene_needle(needle).rest_positions;
+  const Eigen::Matrix3Xd nodes = rest_nodes(reader, needle);
   const Mesh rest = RefinementForest(mesh).leaf_mesh();
   const Eigen::Matrix3Xd u = Eigen::Matrix3Xd::Zero(3, rest.node_count());
   if (const auto meeting = chain_meeting(mesh, rest, u, nodes)) {

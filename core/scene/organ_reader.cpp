@@ -10,6 +10,11 @@
 #include "core/scene/text_file.hpp"
 
 namespace finegauge {
+namespace {
+
+constexpr double most_cells_away = 1e6;  // 1e-10 of a cell by rounding
+
+}  // namespace
 
 void read_organ(const SectionReader& reader, const std::filesystem::path& folder, Scene& scene) {
   const std::filesystem::path file = folder / reader.text("surface");
@@ -25,12 +30,24 @@ void read_organ(const SectionReader& reader, const std::filesystem::path& folder
 
   ImmersedMeshOptions options;
   options.cell_size.setConstant(reader.number("cell_size"));
-  if (reader.has("origin")) options.origin = reader.vector("origin");
-  try {
-    scene.geometry = immersed_mesh(std::move(checked.surface), options);
-  } catch (const std::invalid_argument& defect) {
-    reader.refuse("cell_size", std::string("found no lattice for the surface: ") + defect.what());
+  if (reader.has("origin")) {
+    options.origin = reader.vector("origin");
+    const Eigen::Vector3d distance = checked.surface.vertices.col(0) - *options.origin;
+    if (!(distance.cwiseAbs().maxCoeff() <= most_cells_away * options.cell_size.maxCoeff()))
+      reader.refuse("origin",
+                    "found a corner far from the surface, allowed one within a million cells of it (farther, "
+                    "rounding moves the lattice)");
   }
+  BaseMesh mesh;
+  std::string defect;
+  try {
+    mesh = immersed_mesh(std::move(checked.surface), options);
+    defect = validate(mesh);  // rounding spoils small cells far from zero
+  } catch (const std::invalid_argument& refused) {
+    defect = refused.what();
+  }
+  if (!defect.empty()) reader.refuse("cell_size", "found no lattice for the surface: " + defect);
+  scene.geometry = std::move(mesh);
 }
 
 }  // namespace finegauge

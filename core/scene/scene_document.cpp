@@ -28,14 +28,14 @@ std::size_t too_deep_key(std::string_view text) {
       const std::string_view rest = text.substr(i);
       const bool multi_line = rest.size() >= 3 && rest[1] == c && rest[2] == c;
       for (i += multi_line ? 3 : 1; i < text.size(); ++i) {
-        if (text[i] == '\n') {
+        if (c == '"' && text[i] == '\\' && i + 1 < text.size()) {
+          if (text[++i] == '\n') ++line;
+        } else if (text[i] == '\n') {
           ++line;
           if (!multi_line) break;
-        }
-        if (c == '"' && text[i] == '\\')
-          ++i;
-        else if (text[i] == c && (!multi_line || (i + 2 < text.size() && text[i + 1] == c && text[i + 2] == c))) {
-          i += multi_line ? 2 : 0;
+        } else if (text[i] == c && (!multi_line || text.substr(i + 1).starts_with(std::string(2, c)))) {
+          // A text of several lines may itself end with one or two of its quotation marks.
+          for (int more = 0; multi_line && more < 4 && i + 1 < text.size() && text[i + 1] == c; ++more) ++i;
           break;
         }
       }
@@ -45,8 +45,8 @@ std::size_t too_deep_key(std::string_view text) {
       if (++dots > deepest_dotted_key) return line;
     } else if (c == '=' || c == ',' || c == '[' || c == ']' || c == '{' || c == '}' || c == '\n') {
       dots = 0;
+      if (c == '\n') ++line;
     }
-    if (i < text.size() && text[i] == '\n' && c != '"' && c != '\'') ++line;
   }
   return 0;
 }
@@ -141,6 +141,7 @@ void SceneDocument::apply(const std::string& text, bool (*is_text)(const std::st
 
   toml::table* table = &root_;
   std::string field;
+  const auto refuse = [&](const std::string& words) { throw SceneError(origin + ": " + field + words); };
   for (std::size_t s = 0; s < steps.size(); ++s) {
     const PathStep& step = steps[s];
     field += (field.empty() ? "" : ".") + step.key;
@@ -149,7 +150,7 @@ void SceneDocument::apply(const std::string& text, bool (*is_text)(const std::st
     if (!step.index) {
       if (!table->contains(step.key)) table->insert(step.key, toml::table{});
       table = table->get_as<toml::table>(step.key);
-      if (!table) throw SceneError(origin + ": " + field + " is no section here; of several write " + field + "[0]");
+      if (!table) refuse(" is no section here; of several write " + field + "[0]");
       continue;
     }
     if (!table->contains(step.key)) table->insert(step.key, toml::array{});
@@ -157,11 +158,10 @@ void SceneDocument::apply(const std::string& text, bool (*is_text)(const std::st
     const std::size_t count = list ? list->size() : 0;
     // One past the last adds a section.
     if (!list || *step.index > count)
-      throw SceneError(origin + ": " + field + ": found index " + std::to_string(*step.index) + ", allowed 0 to " +
-                       std::to_string(count));
+      refuse(": found index " + std::to_string(*step.index) + ", allowed 0 to " + std::to_string(count));
     if (*step.index == count) list->push_back(toml::table{});
     table = list->get_as<toml::table>(*step.index);
-    if (!table) throw SceneError(origin + ": " + field + " is no section");
+    if (!table) refuse(" is no section");
   }
   toml::node& new_value = *value->get("value");
   const PathStep& last = steps.back();

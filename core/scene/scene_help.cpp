@@ -7,9 +7,10 @@ namespace {
 
 constexpr std::string_view introduction =
     R"(A scene is a TOML file (https://toml.io) of at most 16 MiB. Each key below: type and range [unit], default,
-explanation. Unknown keys and sections are errors. Lists count from 0. Units are SI as they stand; a
-consistent system of others works as well (mm, g, s). A scene with [dynamics] moves, without it is static.
-The example at the end is static; reference_data/scenes/phantom.toml has a needle.
+explanation. Unknown keys and sections are errors. Lists count from 0. Numbers are zero or of a magnitude of
+1e-60 to 1e60. Units are SI as they stand; a consistent system of others works as well (mm, g, s).
+A scene with [dynamics] moves, without it is static. The example at the end is static;
+reference_data/scenes/phantom.toml has a needle.
 
 --set KEY=VALUE replaces or adds a key before anything is checked and may be repeated. KEY is a dotted path such as
 material.poisson_ratio, or load[0].traction for the first of several sections; VALUE is a TOML value (a text may go

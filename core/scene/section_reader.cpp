@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "core/scene/number_limits.hpp"
 #include "core/scene/scene_error.hpp"
 #include "core/scene/text_file.hpp"
 
@@ -25,12 +26,13 @@ struct Place {
     inner.entry[entry[0] < 0 ? 0 : 1] = i;
     return inner;
   }
-  [[noreturn]] void refuse() const {
+  [[noreturn]] void refuse(const std::string& also = {}) const {
     std::string field = section_field.empty() ? "" : section_field + ".";
     field += row.key;
     for (const int i : entry)
       if (i >= 0) field += "[" + std::to_string(i) + "]";
-    document.fail(field, node.source().begin.line, "found " + excerpt(node) + ", allowed " + allowed_values(row));
+    document.fail(field, node.source().begin.line,
+                  "found " + excerpt(node) + ", allowed " + allowed_values(row) + also);
   }
 };
 
@@ -43,6 +45,7 @@ double to_number(const Place& place) {
   else
     place.refuse();
   if (!place.row.range.contains(value)) place.refuse();
+  if (!has_sound_magnitude(value)) place.refuse(", of a magnitude of 1e-60 to 1e60 unless zero");
   return value;
 }
 

@@ -7,11 +7,12 @@
 #include <sstream>
 #include <tuple>
 
+#include "core/scene/number_limits.hpp"
+
 namespace finegauge {
 namespace {
 
 constexpr std::size_t most_shown = 3;
-constexpr double least_extent = 1e-60, most_extent = 1e60;
 constexpr double slit_share = 1e-6;  // of the diagonal: what single precision or seven digits leave
 
 /// The first items in words, "; " between them.
@@ -105,10 +106,10 @@ std::string coordinate_defect(const TriangleSurface& surface) {
              ", allowed finite coordinates";
   if (surface.vertices.cols() == 0) return "found no triangle, allowed a closed surface";
   const double largest = surface.vertices.cwiseAbs().maxCoeff(), extent = diagonal(surface);
-  if (extent >= least_extent && largest <= most_extent) return "";
+  if (extent >= least_magnitude && largest <= most_magnitude) return "";
   std::ostringstream words;
   words << "found coordinates up to " << largest << " over a diagonal of " << extent << ", allowed up to "
-        << most_extent << " over " << least_extent << " or more";
+        << most_magnitude << " over " << least_magnitude << " or more";
   return words.str();
 }
 

@@ -177,16 +177,45 @@ TEST_CASE("a gmsh file that is not what we read is refused with line, field, val
       {"11 12 22 21 31 32 42 41", "10 11 21 20 30 31 41 40",
        "32: element 6: found a cell on the same side of a face as a cell before it, allowed one on each side"},
       {"22 2 1 0", "22 2 -3 0", "32: element 6: found a"},
+      {"12 2 0 0", "12 2 0 -9e15", "32: element 6: found a"},
+      {"42 2 1 1", "42 2e200 1 1", "32: element 6: found a flat cell, without edges at the centre, allowed"},
       {"10 30 40 20", "11 31 41 21", "29: element 3: found a face of a physical surface that is not on the boundary"},
       {"2 7 \"left\"", "2 7 left", "6: physical name: found \"left\", allowed a name in double quotes"},
       {"$EndPhysicalNames\n", "$EndPhysicalNames\nnoise\n",
        "9: section: found noise, allowed a section such as $Nodes"},
       {"$EndPhysicalNames\n", "$EndPhysicalNames\n$Open\n",
        "9: $EndOpen: found the end of the file, allowed a section that is closed"},
+      {"$EndPhysicalNames\n", "$EndPhysicalNames\n$\x1b[2J\n",
+       "9: $End?[2J: found the end of the file, allowed a section that is closed"},
+      {"2 7 \"left\"", "2 7 \"left", "6: physical name: found \"\"left\", allowed a name in double quotes"},
+      {"2 7 \"left\"", "2 7 \"\"", "6: physical name: found \"\"\"\", allowed a name in double quotes"},
   }));
   CAPTURE(from, to);
   const std::string found = refusal(replaced(two_cubes, from, to));
   CHECK(found.substr(0, message.size()) == message);
+}
+
+TEST_CASE("many physical names may stand on one line", "[gmsh]") {
+  constexpr int count = 100'000;  // in seconds if each of them looked for the end of the line
+  std::string names = std::to_string(count) + "\n2 7 \"left\"";
+  for (int i = 1; i < count; ++i) names += " 2 " + std::to_string(100 + i) + " \"unused\"";
+  CHECK(read(replaced(two_cubes, "2\n2 7 \"left\"\n3 9 \"body\"", names)).surfaces.contains("left"));
+}
+
+TEST_CASE("a surface is in 32 physical groups at most, or faces times groups would outgrow the file",
+          "[gmsh][refusal]") {
+  const auto entity = [](int first, int past) {
+    std::string line = "4 0 0 0 0 1 1 " + std::to_string(past - first);
+    for (int group = first; group < past; ++group) line += " " + std::to_string(group);
+    return line + " 1 1\n";
+  };
+  const auto with = [](const std::string& entities) {
+    return replaced(one_tetrahedron, "4 0 0 0 0 1 1 2 1 2 1 1\n", entities);
+  };
+  CHECK(read(with(entity(1, 33))).surfaces.size() == 32);
+  CHECK(refusal(with(entity(1, 34))) == "16: physical tag: found more than 32 of surface 4, allowed as many");
+  const std::string twice = replaced(with(entity(1, 33) + entity(33, 35)), "1 1 1 1\n", "1 1 2 1\n");
+  CHECK(refusal(twice) == "17: physical tag: found more than 32 of surface 4, allowed as many");
 }
 
 TEST_CASE("counts of a 4.1 file that do not hold are refused", "[gmsh][refusal]") {

@@ -193,6 +193,9 @@ TEST_CASE("a needle scene outside its ranges is refused with line, field, value 
        "14: needle.imperfection_direction: found nothing, needed with imperfection"},
       {"tip = [-0.5, 0.5, 0.5]", "tip = [-0.5, 0.5, 0.5]\nimperfection = 0.1\nimperfection_direction = [2, 0, 0]",
        "22: needle.imperfection_direction: found a direction along the needle, allowed one across it"},
+      {"tip = [-0.5, 0.5, 0.5]", "tip = [-0.5, 0.5, 0.5]\nimperfection = 1e10\nimperfection_direction = [0, 1, 0]",
+       "21: needle.imperfection: found a needle that has no beams: element 0 of a chain of beams lies along the "
+       "second"},
       {"friction = 0.5", "friction = -0.1", "32: contact.friction: found -0.1, allowed a finite number >= 0"},
       {"friction = 0.5", "friction = nan", "32: contact.friction: found nan, allowed a finite number >= 0"},
       {"friction = 0.5", "friction = 0.5\nfriction_out = -1",

@@ -162,6 +162,9 @@ TEST_CASE("what an organ does not have is refused with the reason", "[scene][org
       {"scale = 0.001", "scale = 0", "3: organ.scale: found 0, allowed a finite number > 0"},
       {"cell_size = 0.02", "cell_size = -0.02", "4: organ.cell_size: found -0.02, allowed a finite number > 0"},
       {"cell_size = 0.02", "cell_size = 1e-5", "4: organ.cell_size: found no lattice for the surface: cell size: the"},
+      {"cell_size = 0.02\n", "cell_size = 0.02\norigin = [0, 3e4, 0]\n",
+       "5: organ.origin: found a corner far from the surface, allowed one within a million cells of it"},
+      {"cell_size = 0.02\n", "cell_size = 0.02\norigin = [1e60, 0, 0]\n", "5: organ.origin: found a corner far"},
       {"cell_size = 0.02\n", "", "1: organ.cell_size: found nothing, required: a finite number > 0"},
       {"surface = \"", "surface = \"not_there_", "2: organ.surface: found no file \""},
       {"patch_radius = 0.03", "patch_radius = 1e-4",
@@ -172,6 +175,14 @@ TEST_CASE("what an organ does not have is refused with the reason", "[scene][org
   }));
   CAPTURE(from, to);
   check_begins(refusal(replaced(scene, from, to)), message);
+}
+
+TEST_CASE("an organ so far from zero that its lattice is lost in rounding is refused", "[scene][organ][refusal]") {
+  // 128 mm wide at 1e17 mm, where doubles are 16 mm apart; in metres the distance is 1e14 and they are 16 mm apart
+  // again.
+  const TemporaryFile file("organ.obj", obj(closed_box({128, 128, 128}, {1e17, 0, 0})));
+  const std::string message = refusal(replaced(organ_scene(file), "cell_size = 0.02", "cell_size = 0.005"));
+  check_begins(message, "4: organ.cell_size: found no lattice for the surface: cell 0 around (1e+14, ");
 }
 
 TEST_CASE("a broken surface is refused by its own file and place", "[scene][organ][refusal]") {

@@ -164,6 +164,15 @@ TEST_CASE("a value outside its range is refused with line, field, value and rang
       {"= 0.3", "= \"0.3\"", "6: material.poisson_ratio: found \"0.3\", allowed a finite number in (-1, 0.5)"},
       {"= 1e3", "= inf", "5: material.youngs_modulus: found inf, allowed a finite number > 0"},
       {"= 1e3", "= 0", "5: material.youngs_modulus: found 0, allowed a finite number > 0"},
+      {"= 1e3", "= 2e60",
+       "5: material.youngs_modulus: found 2e+60, allowed a finite number > 0, of a magnitude of 1e-60 to 1e60 unless "
+       "zero"},
+      {"= 1e3", "= 5e-324", "5: material.youngs_modulus: found 5e-324, allowed a finite number > 0, of a magnitude"},
+      {"[1, 0, 0]", "[0, 0, -1e61]",
+       "11: load[0].traction[2]: found -1e+61, allowed three finite numbers, of a magnitude"},
+      {"[2, 1, 1]\nc", "[2, 1, 1]\norigin = [1e20, 0, 0]\nc",
+       "2: box.size: found an unsound mesh: coordinates along x: number 1 is 1e+20, but they must be finite and "
+       "strictly ascending"},
       {"[2, 1, 1]\nc", "[2, -1, 1]\nc", "2: box.size[1]: found -1, allowed three finite numbers, each > 0"},
       {"[2, 1, 1]\nc", "[2, nan, 1]\nc", "2: box.size[1]: found nan, allowed three finite numbers, each > 0"},
       {"[2, 1, 1]\nc", "[2, 1]\nc", "2: box.size: found [2, 1], allowed three finite numbers, each > 0"},
@@ -262,6 +271,8 @@ TEST_CASE("a mesh in the scene that is not sound is refused with the line of its
       {"[0, 1, 1]]", "[0, 1, nan]]", "3: mesh.nodes[7][2]: found nan, allowed a list of one or more triples of finite"},
       {"[0, 1, 1]]", "[0, 1]]", "3: mesh.nodes[7]: found [0, 1], allowed a list of one or more triples of finite"},
       {"[mesh]", "[mesh]\nshape = \"tetrahedron\"", "6: mesh.cells[0]: found 8 corners, allowed 4"},
+      {"[[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0],", "[[0, 0, -1e15], [1, 0, -1e15], [1, 1, -1e15], [0, 1, -1e15],",
+       "5: mesh.cells[0]: found a flat cell, without edges at the centre, allowed those that are longer than 2e-14 of"},
   }));
   CAPTURE(from, to);
   check_begins(refusal(replaced(small_mesh, from, to)), message);
@@ -396,6 +407,29 @@ TEST_CASE("nesting of any depth is refused", "[scene][refusal]") {
   check_begins(refusal(repeated("\"a,\".", deep) + "a = 1"), "1: found a key with more than 32 dots, allowed");
   check_begins(refusal("name = \"\"\"\n\"\n\"\"\"\n" + repeated("a.", deep) + "a = 1"), "4: found a key with more");
   check_begins(refusal("name = \"" + repeated(".", 100) + "\"\n" + small_scene), "1: name: found");
+  // A text of several lines may end with its own quotation marks, which begin no other text.
+  for (const std::string quote : {"\"", "'"})
+    for (const int more : {1, 2}) {
+      const std::string text = repeated(quote, 3) + "\n" + repeated(quote, 3 + more);
+      check_begins(refusal("x = {k = " + text + ", " + repeated("a.", deep) + "a = 1}"),
+                   "2: found a key with more than 32 dots, allowed");
+    }
+  check_begins(refusal("name = \"\"\"\\\n\"\"\"\n" + repeated("a.", deep) + "a = 1"), "3: found a key with more");
+}
+
+TEST_CASE("characters outside ASCII are allowed in texts and comments only", "[scene][refusal]") {
+  const std::string described = "name = \"a\" # \u02e2\ndescription = \"\"\"m\u00b2\n'\u3001' \"\"\"\"\n" + small_scene;
+  CHECK(read(described).description == "m\u00b2\n'\u3001' \"");
+  CHECK(refusal("\ufeff" + described) == "accepted");  // the mark with which some editors begin a file
+  // Behind a number, where the parser asks each of them whether it is white space; and where a key may begin.
+  for (const std::string character : {"\u02e2", "\u00e9", "\u2e80", "\ufebf", "\U0001f600"}) {
+    CAPTURE(character);
+    check_begins(refusal(replaced(small_scene, "= 0.3", "= 0.3" + character)), "6: not TOML: ");
+    check_begins(refusal(replaced(small_scene, "= 0.3", "= 0.3\"" + character + "\"")), "6: not TOML: ");
+    check_begins(refusal(replaced(small_scene, "poisson", character + "poisson")), "6: not TOML: ");
+    check_begins(refusal(small_scene, {"box.size=[2, 1, " + character + "1]"}), "--set box.size=[2, 1, ");
+  }
+  CHECK(refusal(replaced(small_scene, "poisson", "\xffpoisson")).find(": not TOML: ") != std::string::npos);
 }
 
 TEST_CASE("no noise and no changed byte does more than a refusal", "[scene][refusal][fuzz]") {

@@ -245,6 +245,8 @@ TEST_CASE("a surface file that is not what we read is refused with place, findin
       {"a.ply", replaced(ply, "face 8", "face 2000000000"),
        "21: element face: found 2000000000 announced, which take 8000000000 bytes or more, allowed what the 97 bytes "
        "left can hold"},
+      {"a.ply", replaced(replaced(ply, "int view", "int v\x1b[2J"), "2 17 18", "x 17 18"),
+       "21: v?[2J: found \"x\", allowed a whole number in [0, 2147483647]"},
       {"a.ply", replaced(ply, "face 8", "face 7"),
        "28: end of data: found more than the header announces, allowed nothing"},
       {"a.ply", replaced(ply, "3 0 1 2", "3 0 1 6"),
