@@ -56,6 +56,8 @@ int finish(ResultDocument& document, const CommonOptions& options, const std::fi
 void add_list_command(CLI::App& program, int& exit_code);
 void add_run_command(CLI::App& program, int& exit_code);
 void add_reproduce_command(CLI::App& program, int& exit_code);
+void add_verify_command(CLI::App& program, int& exit_code);
+void add_atlas_command(CLI::App& program, int& exit_code);
 void add_help_command(CLI::App& program, int& exit_code);
 
 /// Commands and studies that the program is to have and does not have yet; asking for one is an error that says so.

@@ -158,8 +158,8 @@ TEST_CASE("bad usage and bad input end with code 2, a message, and nothing writt
        {"", "unknown", "run", "run --nonsense block.toml", "run missing.toml", "run empty.toml",
         "run block.toml --set material.poisson_ratio=0.6", "run block.toml --set nonsense",
         "run block.toml --threads 0", "run block.toml --set material.colour=3", "run block.toml --quick --full",
-        "run block.toml -o new --vtu 0", "reproduce nonsense -o new", "reproduce tjunctions", "verify", "atlas --help",
-        "trade block.toml --rate 30", "help nonsense"}) {
+        "run block.toml -o new --vtu 0", "reproduce nonsense -o new", "reproduce tjunctions", "verify nonsense",
+        "verify --quick", "atlas nonsense", "trade block.toml --rate 30", "help nonsense"}) {
     CAPTURE(arguments);
     const Outcome outcome = shell.run(arguments);
     CHECK(outcome.exit_code == 2);
@@ -175,6 +175,19 @@ TEST_CASE("what is planned says that it is not built and what is", "[command-lin
   CHECK(outcome.err.find("not built yet") != std::string::npos);
   CHECK(outcome.err.find("reproduce") != std::string::npos);
   CHECK(outcome.err.find("finegauge: profile is not built yet") == 0);  // and the program is named once
+}
+
+TEST_CASE("evidence is one document of claims that hold, under its factor of credibility", "[command-line]") {
+  const CommandLine shell;
+  const Outcome outcome = shell.run("verify use-errors --json");
+  CAPTURE(outcome.err);
+  REQUIRE(outcome.exit_code == 0);
+  const auto printed = nlohmann::json::parse(outcome.out);
+  CHECK(printed["kind"] == "verify");
+  REQUIRE(printed["rows"].size() == 4);
+  CHECK(printed["rows"][0]["factor"] == "use error");
+  CHECK(printed["checks"].size() == printed["rows"].size());
+  CHECK(printed["summary"]["claims_that_hold"] == printed["summary"]["claims"]);
 }
 
 TEST_CASE("a quantity at a point outside the body is refused before anything is written", "[command-line]") {

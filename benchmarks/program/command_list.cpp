@@ -5,6 +5,7 @@
 #include "benchmarks/program/study.hpp"
 #include "core/scene/scene_error.hpp"
 #include "core/scene/scene_reader.hpp"
+#include "verification/studies/evidence_studies.hpp"
 
 namespace finegauge {
 namespace {
@@ -34,6 +35,9 @@ void print_list() {
   std::printf("\nStudies (finegauge reproduce STUDY):\n");
   for (const Study& study : paper_studies()) print_line(study.name, study.about);
 
+  std::printf("\nEvidence (finegauge verify STUDY):\n");
+  for (const EvidenceStudy& study : evidence_studies()) print_line(study.name, study.about);
+
   std::printf("\nPlanned, not built yet:\n");
   for (const PlannedCommand& study : planned_studies())
     if (!is_built(study.name)) print_line(std::string("reproduce ") + study.name, study.about);
@@ -44,8 +48,6 @@ void print_list() {
 
 const std::vector<PlannedCommand>& planned_commands() {
   static const std::vector<PlannedCommand> commands = {
-      {"verify", "order of accuracy, effectivity, reversibility: the numbers that the tests gate"},
-      {"atlas", "numerical extremes, an axis at a time"},
       {"trade", "speed against accuracy, and the cheapest setting for an error and a rate"},
       {"audit", "what the scene needs: one ingredient left out at a time"},
       {"profile", "where the time goes, stage by stage"},

@@ -21,7 +21,7 @@ void add_planned_commands(CLI::App& program) {
     CLI::App* command = program.add_subcommand(planned.name, planned.about)->group("")->allow_extras();
     command->set_help_flag();
     command->callback([name = planned.name] {
-      throw UsageError(std::string(name) + " is not built yet; built are: list, run, reproduce, help");
+      throw UsageError(std::string(name) + " is not built yet; built are: list, run, reproduce, verify, atlas, help");
     });
   }
 }
@@ -66,6 +66,8 @@ int run_program(int argc, char** argv) {
   add_list_command(program, exit_code);
   add_run_command(program, exit_code);
   add_reproduce_command(program, exit_code);
+  add_verify_command(program, exit_code);
+  add_atlas_command(program, exit_code);
   add_help_command(program, exit_code);
   add_planned_commands(program);
   check_command_name(program, argc, argv);
