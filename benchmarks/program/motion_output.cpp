@@ -37,7 +37,8 @@ void MotionFiles::add_frame(const MotionView& view, bool last) {
   // The frame's estimate belongs to the mesh that it was solved on; what is drawn is the mesh after it.
   const Tissue& tissue = view.tissue;
   const bool current = report.eta.has_value() && report.refined == 0 && report.coarsened == 0;
-  const ErrorEstimate estimate = current ? tissue.estimate : estimate_error(tissue.mesh.d, tissue.state.u, scene_.estimator);
+  const ErrorEstimate estimate =
+      current ? tissue.estimate : estimate_error(tissue.mesh.d, tissue.state.u, scene_.estimator);
   if (vtu) add_vtu(view, estimate);
   for (const SectionMoment& moment : moments)
     for (const auto& [file, svg] :

@@ -1,5 +1,6 @@
 #include "verification/support/atlas.hpp"
 
+#include <dlfcn.h>
 #include <fcntl.h>
 #include <poll.h>
 #include <sys/wait.h>
@@ -130,10 +131,17 @@ void announce_scene(const std::string& scene, std::span<const AtlasFile> files) 
   send(point);
 }
 
+/// A fork has none of the threads that OpenMP keeps waiting, and would wait for them for ever: they are given up first.
+void end_openmp_threads() {
+  constexpr int hard = 2;  // omp_pause_hard, of a library that may not be there
+  if (auto* pause = reinterpret_cast<int (*)(int)>(::dlsym(RTLD_DEFAULT, "omp_pause_resource_all"))) pause(hard);
+}
+
 std::optional<AtlasPoint> try_value_apart(const AtlasAxis& axis, double value, double seconds,
                                           const std::function<bool()>& interrupted) {
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error(std::string("no pipe: ") + std::strerror(errno));
+  end_openmp_threads();
   const pid_t child = ::fork();
   if (child < 0) throw std::runtime_error(std::string("no further process: ") + std::strerror(errno));
   if (child == 0) {
