@@ -45,12 +45,6 @@ struct CellFrame {
   }
 };
 
-Eigen::Matrix3d tensor(const Voigt& s) {
-  Eigen::Matrix3d sigma;
-  sigma << s[0], s[3], s[5], s[3], s[1], s[4], s[5], s[4], s[2];
-  return sigma;
-}
-
 /// Directions that conditions on named surfaces hold, and tractions that loads put there.
 struct SurfaceData {
   Eigen::Matrix3d held = Eigen::Matrix3d::Zero();
@@ -123,8 +117,7 @@ class Equilibration {
   Equilibration(const RefinementForest& forest, const Discretization& d, const StaticProblem& problem,
                 const Eigen::Matrix<double, 6, Eigen::Dynamic>& recovered, const PolynomialCell& local)
       : mesh_(d.mesh), problem_(problem), local_(local), patches_(face_patches(forest.topology(), d.mesh)) {
-    const double youngs_modulus = d.shapes.material().youngs_modulus;
-    youngs_modulus_ = youngs_modulus;
+    youngs_modulus_ = d.shapes.material().youngs_modulus;
     find_frames(d);
     find_tractions(Surfaces(forest.base(), d.mesh, problem), recovered);
     patches_of_.resize(mesh_.cell_count());
@@ -204,7 +197,7 @@ class Equilibration {
           const auto N = shape_functions(CellShape::hexahedron, patch.sides[0].natural(s, t));
           Voigt stress = Voigt::Zero();
           for (int c = 0; c < 8; ++c) stress += N[c] * recovered.col(mesh_.cells[patch.sides[0].cell][c]);
-          const Eigen::Vector3d of_recovered = tensor(stress) * place.area / measure;
+          const Eigen::Vector3d of_recovered = stress_tensor(stress) * place.area / measure;
           const Eigen::Vector3d traction = given.held * of_recovered + given.traction - given.held * given.traction;
           const double dA = rule.weights[i] * rule.weights[j] * measure;
           area += dA;
@@ -216,28 +209,16 @@ class Equilibration {
     }
   }
 
-  /// Force and moment (over the cell's size) on each cell, 6 per cell [N].
+  /// Force and moment (over the cell's size) on each cell, 6 per cell [N]: what the local loads do on rigid motions,
+  /// which the local polynomials hold.
   Eigen::VectorXd resultants() const {
     Eigen::VectorXd b = Eigen::VectorXd::Zero(6 * static_cast<Eigen::Index>(mesh_.cell_count()));
-    for (std::size_t k = 0; k < patches_.size(); ++k)
-      for (int i = 0; i < 2; ++i) {
-        const int cell = patches_[k].sides[i].cell;
-        if (cell < 0) continue;
-        for (const PatchData::Point& point : data_[k].points)
-          b.segment<6>(6 * static_cast<Eigen::Index>(cell)) +=
-              (i == 0 ? point.dA : -point.dA) * (frames_[cell].at(point.X).transpose() * point.traction);
-      }
-    if (!problem_.body) return b;
     for (int cell = 0; cell < mesh_.cell_count(); ++cell) {
       const CellVectors corners = corner_values(mesh_, cell, mesh_.nodes);
-      for (const PolynomialCell::VolumePoint& point : local_.volume_points()) {
-        const auto N = shape_functions(CellShape::hexahedron, point.xi);
-        Eigen::Vector3d X = Eigen::Vector3d::Zero();
-        for (int c = 0; c < 8; ++c) X += N[c] * corners.col(c);
-        const Eigen::Matrix3d J = corners * shape_gradients(CellShape::hexahedron, point.xi).transpose();
+      const Eigen::Matrix3Xd loads = local_loads(cell, corners), X = local_.interpolate(corners);
+      for (Eigen::Index node = 0; node < X.cols(); ++node)
         b.segment<6>(6 * static_cast<Eigen::Index>(cell)) +=
-            point.weight * std::abs(J.determinant()) * (frames_[cell].at(X).transpose() * problem_.body(X));
-      }
+            frames_[cell].at(X.col(node)).transpose() * loads.col(node);
     }
     return b;
   }
@@ -298,8 +279,7 @@ class Equilibration {
   void change_tractions(const Eigen::VectorXd& motions) {
     for (std::size_t k = 0; k < patches_.size(); ++k)
       for (PatchData::Point& point : data_[k].points) {
-        const Eigen::Vector3d change = data_[k].weight * (data_[k].held * jump(k, point.X, motions));
-        point.traction += change;
+        point.traction += data_[k].weight * (data_[k].held * jump(k, point.X, motions));
       }
     motions_ = motions_.size() == 0 ? motions : Eigen::VectorXd(motions_ + motions);
   }

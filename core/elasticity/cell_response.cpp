@@ -109,12 +109,14 @@ double von_mises(const Voigt& s) {
   return std::sqrt(0.5 * (xy * xy + yz * yz + zx * zx) + 3.0 * s.tail<3>().squaredNorm());
 }
 
-Voigt rotate_stress(const Eigen::Matrix3d& R, const Voigt& s) {
+Eigen::Matrix3d stress_tensor(const Voigt& s) {
   Eigen::Matrix3d S;
   S << s[0], s[3], s[5],  //
       s[3], s[1], s[4],   //
       s[5], s[4], s[2];
-  return voigt(R * S * R.transpose());
+  return S;
 }
+
+Voigt rotate_stress(const Eigen::Matrix3d& R, const Voigt& s) { return voigt(R * stress_tensor(s) * R.transpose()); }
 
 }  // namespace finegauge

@@ -29,6 +29,8 @@ Eigen::Matrix<double, 6, 8> quadrature_stress(CellShape shape, const CellGeometr
 /// σ:C⁻¹:τ [Pa] = (1+nu)/E σ:τ - nu/E tr σ tr τ, twice the energy density when both are one stress.
 double complementary_product(const Material& material, const Voigt& sigma, const Voigt& tau);
 double von_mises(const Voigt& sigma);
+/// The stress as a symmetric matrix [Pa].
+Eigen::Matrix3d stress_tensor(const Voigt& sigma);
 /// R σ Rᵀ.
 Voigt rotate_stress(const Eigen::Matrix3d& R, const Voigt& sigma);
 

@@ -12,10 +12,10 @@ namespace finegauge {
 /// Edges of the body along which the stress of the exact solution is in general unbounded, u ~ r^λ with λ < 1
 /// (Williams 1952): by the angle ω of the material there, and by what holds the two faces that meet,
 ///
-///   both free, or both clamped                   ω > π                (a notch)
-///   one free, one clamped                        sin² ω > 1 - nu or ω > π/2    (the rim of a clamped face: λ = 1
-///   there) one a roller, the other free or clamped      ω > π/2              (mirrored at the roller: 2 ω) both
-///   rollers                                 ω > π/2, ω != π
+/// - both free, or both clamped: ω > π (a notch);
+/// - one free, one clamped: sin ω > √(1 - nu) (the rim of a clamped face; λ = 1 at equality);
+/// - one a roller, the other free or clamped: ω > π/2 (mirrored at the roller: 2 ω);
+/// - both rollers: ω > π/2, but not ω = π.
 ///
 /// Only what is π/12 beyond these counts, so that the facets of a curved surface do not: in a notch λ is 0.86 there.
 ///

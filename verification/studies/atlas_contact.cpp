@@ -318,6 +318,9 @@ AtlasPoint coarsening(double levels) {
 }
 
 const std::vector<double> stiffness_ratios = {1.0, 10.0, 1e2, 1e4, 1e6, 1e8, 1e10};
+constexpr const char* stiffness_limit =
+    "none to 1e10, since the needle is eliminated exactly; from 1e12 on the round-off of its positions, "
+    "1e-16 of their distance from the origin, strains it as much as the tissue does";
 const std::vector<double> more_stiffness_ratios = {1e-4, 1e-3, 1e-2, 0.1, 1e3, 1e5, 1e7, 1e9, 1e12, 1e14, 1e16};
 const std::vector<double> offsets = {0.0, 1e-16, 1e-12, 1e-9, 1e-6, 1e-3, 0.1, 0.3, 0.5};
 const std::vector<double> more_offsets = {1e-18, 1e-15, 1e-14, 1e-13, 1e-11, 1e-10, 1e-8, 1e-7, 1e-5, 1e-4, 1e-2};
@@ -339,8 +342,7 @@ std::vector<AtlasAxis> contact_axes() {
        .at = [](double value) { return insertion(value, "stiffness_ratio", {.needle_modulus = 1e5 * value}); },
        .safe = {1.0, 1e10},
        .answered = {1.0, 1e10},
-       .reason = "none to 1e10, since the needle is eliminated exactly; from 1e12 on the round-off of its positions, "
-                 "1e-16 of their distance from the origin, strains it as much as the tissue does"});
+       .reason = stiffness_limit});
   axes.push_back({.group = "contact",
                   .name = "uzawa_weight",
                   .unit = "",
@@ -354,40 +356,36 @@ std::vector<AtlasAxis> contact_axes() {
                   .answered = {0.1, 1e8},
                   .reason = "an iteration leaves 1 / (1 + weight) of the violation: from 0.03 down a hundred are too "
                             "few for 1e-8; from 1e12 up what the constraints add hides the tissue. Both say so"});
-  axes.push_back(
-      {.group = "contact",
-       .name = "stiffness_ratio_at_low_weight",
-       .unit = "",
-       .about = "a pair: stiffness of the needle at a weight of 10",
-       .truth = balances,
-       .normal = 1e4,
-       .values = stiffness_ratios,
-       .more_values = more_stiffness_ratios,
-       .at =
-           [](double value) {
-             return insertion(value, "stiffness_ratio", {.needle_modulus = 1e5 * value, .weight = 10.0});
-           },
-       .safe = {1.0, 1e10},
-       .answered = {1.0, 1e10},
-       .reason = "none to 1e10, since the needle is eliminated exactly; from 1e12 on the round-off of its positions, "
-                 "1e-16 of their distance from the origin, strains it as much as the tissue does"});
-  axes.push_back(
-      {.group = "contact",
-       .name = "stiffness_ratio_at_high_weight",
-       .unit = "",
-       .about = "a pair: stiffness of the needle at a weight of 1e8",
-       .truth = balances,
-       .normal = 1e4,
-       .values = stiffness_ratios,
-       .more_values = more_stiffness_ratios,
-       .at =
-           [](double value) {
-             return insertion(value, "stiffness_ratio", {.needle_modulus = 1e5 * value, .weight = 1e8});
-           },
-       .safe = {1.0, 1e10},
-       .answered = {1.0, 1e10},
-       .reason = "none to 1e10, since the needle is eliminated exactly; from 1e12 on the round-off of its positions, "
-                 "1e-16 of their distance from the origin, strains it as much as the tissue does"});
+  axes.push_back({.group = "contact",
+                  .name = "stiffness_ratio_at_low_weight",
+                  .unit = "",
+                  .about = "a pair: stiffness of the needle at a weight of 10",
+                  .truth = balances,
+                  .normal = 1e4,
+                  .values = stiffness_ratios,
+                  .more_values = more_stiffness_ratios,
+                  .at =
+                      [](double value) {
+                        return insertion(value, "stiffness_ratio", {.needle_modulus = 1e5 * value, .weight = 10.0});
+                      },
+                  .safe = {1.0, 1e10},
+                  .answered = {1.0, 1e10},
+                  .reason = stiffness_limit});
+  axes.push_back({.group = "contact",
+                  .name = "stiffness_ratio_at_high_weight",
+                  .unit = "",
+                  .about = "a pair: stiffness of the needle at a weight of 1e8",
+                  .truth = balances,
+                  .normal = 1e4,
+                  .values = stiffness_ratios,
+                  .more_values = more_stiffness_ratios,
+                  .at =
+                      [](double value) {
+                        return insertion(value, "stiffness_ratio", {.needle_modulus = 1e5 * value, .weight = 1e8});
+                      },
+                  .safe = {1.0, 1e10},
+                  .answered = {1.0, 1e10},
+                  .reason = stiffness_limit});
   axes.push_back({.group = "contact",
                   .name = "mass_ratio",
                   .unit = "",

@@ -11,6 +11,7 @@
 #include "core/adapt/marking.hpp"
 #include "core/equilibrated_estimate.hpp"
 #include "core/stopwatch.hpp"
+#include "verification/support/percentile.hpp"
 #include "verification/support/sample_cells.hpp"
 #include "verification/support/scrambled_mesh.hpp"
 
@@ -146,11 +147,6 @@ StaticSolution solve(LadderRung& rung) {
   }
   if (!solution.equilibrium.converged) throw std::runtime_error(rung.name + ": the solve did not converge");
   return solution;
-}
-
-/// The value below which a share of the ascending values lies.
-double percentile(const std::vector<double>& ascending, double share) {
-  return ascending[static_cast<std::size_t>(std::lround(share * static_cast<double>(ascending.size() - 1)))];
 }
 
 bool has_hanging_corner(const Discretization& d, int cell) {

@@ -6,6 +6,8 @@
 
 namespace finegauge {
 
+inline constexpr double gravity = 9.81;  ///< [m/s²], of the incline
+
 /// Friction, cutting and their cycles against closed forms. Throws std::runtime_error where a frame does not converge.
 ///
 /// The shaft's friction has two coefficients by direction (against advance, against withdrawal), not a static and a

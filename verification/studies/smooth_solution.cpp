@@ -9,6 +9,7 @@
 #include "core/adapt/error_estimate.hpp"
 #include "core/equilibrium.hpp"
 #include "verification/support/field_errors.hpp"
+#include "verification/support/percentile.hpp"
 #include "verification/support/sample_cells.hpp"
 
 namespace finegauge {
@@ -43,11 +44,6 @@ std::vector<SupportCondition> held_all_around(const ManufacturedSolution& exact)
   for (const char* surface : {"x_min", "x_max", "y_min", "y_max", "z_min", "z_max"})
     supports.push_back({surface, std::nullopt, [exact](const Eigen::Vector3d& X) { return displacement(exact, X); }});
   return supports;
-}
-
-/// The value below which a share of the ascending values lies.
-double percentile(const std::vector<double>& ascending, double share) {
-  return ascending[static_cast<std::size_t>(share * static_cast<double>(ascending.size() - 1) + 0.5)];
 }
 
 ErrorSeries series(const std::string& quantity, const std::vector<SmoothRow>& rows, double SmoothRow::*error) {

@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "core/elasticity/polynomial_cell.hpp"
+#include "verification/support/field_errors.hpp"
 
 namespace finegauge {
 
@@ -84,18 +85,6 @@ double bisect(const F& f, double low, double high) {
 double exponent_equation(CornerMode mode, double opening, double lambda) {
   const double sign = mode == CornerMode::opening ? 1.0 : -1.0;
   return std::sin(opening * lambda) + sign * lambda * std::sin(opening);
-}
-
-/// σ_h at a point [Pa]: with Dilatation::mean the volumetric part is the cell's.
-Voigt discrete_stress(const Material& material, const CellVectors& u, const Gradients& gradients,
-                      const Gradients& mean_gradients) {
-  const Eigen::Matrix3d H = u * gradients.transpose();
-  const double dilatation = material.dilatation == Dilatation::mean ? u.cwiseProduct(mean_gradients).sum() : H.trace();
-  Eigen::Matrix3d sigma = material.mu() * (H + H.transpose());
-  sigma.diagonal().array() += material.bulk() * dilatation - 2.0 / 3.0 * material.mu() * H.trace();
-  Voigt voigt;
-  voigt << sigma(0, 0), sigma(1, 1), sigma(2, 2), sigma(0, 1), sigma(1, 2), sigma(2, 0);
-  return voigt;
 }
 
 /// A rectangle of the natural coordinates ξ and η of a cell, all of ζ.

@@ -37,7 +37,8 @@ std::vector<VolumePoint> gauss_legendre(int points_per_axis) {
   return points;
 }
 
-/// σ_h at a point [Pa]: with Dilatation::mean the volumetric part is the cell's.
+}  // namespace
+
 Voigt discrete_stress(const Material& material, const CellVectors& u, const Gradients& gradients,
                       const Gradients& mean_gradients) {
   const Eigen::Matrix3d H = u * gradients.transpose();
@@ -48,8 +49,6 @@ Voigt discrete_stress(const Material& material, const CellVectors& u, const Grad
   voigt << sigma(0, 0), sigma(1, 1), sigma(2, 2), sigma(0, 1), sigma(1, 2), sigma(2, 0);
   return voigt;
 }
-
-}  // namespace
 
 FieldErrors field_errors(const Discretization& d, const ManufacturedSolution& exact, const Eigen::Matrix3Xd& u,
                          const Eigen::Matrix<double, 6, Eigen::Dynamic>& nodal_stress, int points_per_axis) {

@@ -17,6 +17,11 @@ struct FieldErrors {
   Eigen::VectorXd cell_energy;             ///< per cell, the energy error [√J]
 };
 
+/// σ_h at a point [Pa], of corner displacements and gradients there: with Dilatation::mean the volumetric part is the
+/// cell's.
+Voigt discrete_stress(const Material& material, const CellVectors& u, const Gradients& gradients,
+                      const Gradients& mean_gradients);
+
 /// Gauss-Legendre with `points_per_axis`³ points in each leaf.
 FieldErrors field_errors(const Discretization& d, const ManufacturedSolution& exact, const Eigen::Matrix3Xd& u,
                          const Eigen::Matrix<double, 6, Eigen::Dynamic>& nodal_stress, int points_per_axis = 4);

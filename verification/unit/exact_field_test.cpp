@@ -13,12 +13,6 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-Eigen::Matrix3d tensor(const Voigt& s) {
-  Eigen::Matrix3d sigma;
-  sigma << s[0], s[3], s[5], s[3], s[1], s[4], s[5], s[4], s[2];
-  return sigma;
-}
-
 Eigen::Matrix3d stress_of_displacement(const ExactField& field, const Material& material, const Eigen::Vector3d& X) {
   constexpr double h = 1e-5;
   Eigen::Matrix3d gradient;
@@ -34,8 +28,8 @@ Eigen::Vector3d divergence(const ExactField& field, const Eigen::Vector3d& X) {
   constexpr double h = 1e-5;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (int j = 0; j < 3; ++j)
-    sum += (tensor(field.stress(X + h * Eigen::Vector3d::Unit(j))).col(j) -
-            tensor(field.stress(X - h * Eigen::Vector3d::Unit(j))).col(j)) /
+    sum += (stress_tensor(field.stress(X + h * Eigen::Vector3d::Unit(j))).col(j) -
+            stress_tensor(field.stress(X - h * Eigen::Vector3d::Unit(j))).col(j)) /
            (2.0 * h);
   return sum;
 }
@@ -45,13 +39,14 @@ Eigen::Vector3d at(double angle, double r = 0.7) { return {r * std::cos(angle), 
 void check_elastic(const ExactField& field, const Material& material, double angle) {
   CAPTURE(field.name, angle);
   const Eigen::Vector3d X = at(angle);
-  const double size = tensor(field.stress(X)).norm();
-  CHECK((tensor(field.stress(X)) - stress_of_displacement(field, material, X)).norm() < 1e-8 * size);
+  const double size = stress_tensor(field.stress(X)).norm();
+  CHECK((stress_tensor(field.stress(X)) - stress_of_displacement(field, material, X)).norm() < 1e-8 * size);
   CHECK(divergence(field, X).norm() < 1e-8 * size);
 }
 
 Eigen::Vector3d traction(const ExactField& field, double face_angle) {
-  return tensor(field.stress(at(face_angle))) * Eigen::Vector3d(-std::sin(face_angle), std::cos(face_angle), 0.0);
+  return stress_tensor(field.stress(at(face_angle))) *
+         Eigen::Vector3d(-std::sin(face_angle), std::cos(face_angle), 0.0);
 }
 
 }  // namespace
@@ -71,7 +66,7 @@ TEST_CASE("the field of a notch is elastic, in equilibrium and leaves its faces 
   const ExactField field = corner_field(mode, 1.5 * pi, {0.0, 0.0}, 0.75 * pi, material);
   for (const double angle : {0.1, 1.0, 2.5, 4.0}) check_elastic(field, material, angle);
   for (const double face : {1e-9, 1.5 * pi - 1e-9})
-    CHECK(traction(field, face).norm() < 1e-7 * tensor(field.stress(at(0.75 * pi))).norm());
+    CHECK(traction(field, face).norm() < 1e-7 * stress_tensor(field.stress(at(0.75 * pi))).norm());
 }
 
 TEST_CASE("the field at a clamped rim is elastic, at rest on one face and free on the other", "[exact_field]") {
@@ -85,6 +80,6 @@ TEST_CASE("the field at a clamped rim is elastic, at rest on one face and free o
   CHECK_THAT(sine * sine,
              WithinAbs(((kappa + 1.0) * (kappa + 1.0) - 4.0 * exponent * exponent) / (4.0 * kappa), 1e-10));
   for (const double angle : {0.2, 0.8, 1.4}) check_elastic(field, material, angle);
-  CHECK(traction(field, 0.0).norm() < 1e-9 * tensor(field.stress(at(0.25 * pi))).norm());
+  CHECK(traction(field, 0.0).norm() < 1e-9 * stress_tensor(field.stress(at(0.25 * pi))).norm());
   CHECK(field.displacement(at(0.5 * pi)).norm() < 1e-9 * field.displacement(at(0.25 * pi)).norm());
 }
