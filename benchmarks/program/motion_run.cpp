@@ -2,32 +2,9 @@
 
 #include <algorithm>
 #include <exception>
-#include <stdexcept>
-
-#include "benchmarks/program/allocation_counter.hpp"
-#include "benchmarks/program/quantity_points.hpp"
-#include "core/scene/moving_scene.hpp"
-#include "core/scene/scene_error.hpp"
-#include "core/scene/start_forest.hpp"
-#include "core/stopwatch.hpp"
 
 namespace finegauge {
 namespace {
-
-Json frame_quantities(const Scene& scene, const std::vector<std::optional<MaterialPoint>>& points,
-                      const Tissue& tissue) {
-  Json values = Json::object();
-  for (std::size_t i = 0; i < scene.quantities.size(); ++i) {
-    const QuantityOfInterest& quantity = scene.quantities[i];
-    if (quantity.kind == QuantityKind::energy)
-      values[quantity.name] = strain_energy_product(tissue.mesh.d, tissue.state.u);
-    if (!points[i]) continue;
-    const Mesh& mesh = tissue.mesh.d.mesh;
-    const Eigen::Vector3d u = interpolate(mesh, tissue.state.u, find_leaf(tissue.forest, mesh, *points[i]));
-    values[quantity.name] = {u.x(), u.y(), u.z()};
-  }
-  return values;
-}
 
 std::vector<std::string> notes_on_problem(const Scene& scene, const Tissue& tissue) {
   std::vector<std::string> notes = scene.notes;
@@ -60,72 +37,33 @@ std::vector<std::string> notes_on_problem(const Scene& scene, const Tissue& tiss
   return notes;
 }
 
-/// The frames of either kind of body; `advance` makes one and leaves it in its argument.
-template <class Advance>
-void run_frames(const Scene& scene, const Tissue& tissue, const Insertion* insertion, Advance advance,
-                const std::vector<std::optional<MaterialPoint>>& points, const MotionObserver& observer,
-                MotionRun& run) {
-  run.frames.reserve(static_cast<std::size_t>(run.planned_frames));
-  for (int i = 0; i < run.planned_frames; ++i) {
-    MotionFrame frame;
-    const std::optional<std::int64_t> allocations = heap_allocations();
-    Stopwatch watch;
-    try {
-      advance(frame.report);
-    } catch (const std::exception& error) {
-      run.failed = true;
-      run.stopped_because = "frame " + std::to_string(i + 1) + " could not be computed: " + error.what();
-      return;
-    }
-    frame.frame_ms = watch.lap();
-    if (allocations) frame.heap_allocations = *heap_allocations() - *allocations;
-    frame.quantities = frame_quantities(scene, points, tissue);
-    run.frames.push_back(std::move(frame));
-    const bool last = i + 1 == run.planned_frames;
-    const bool go_on = observer({run.frames.back(), tissue, insertion, run.planned_frames, last});
-    if (!go_on && !last) {
-      run.stopped_because = "interrupted";
-      return;
-    }
-  }
-  run.stopped_because = "the duration is over";
-}
-
 }  // namespace
 
 MotionRun run_motion(const Scene& scene, const MotionObserver& observer) {
-  RefinementForest forest = start_forest(scene);
-  const std::vector<std::optional<MaterialPoint>> points = quantity_points(scene, forest.base());
+  MovingSimulation simulation(scene);
   MotionRun run;
-  run.planned_frames = frame_count(scene.dynamics.value());
-  if (!scene.needle) {
-    const MotionProblem problem = motion_problem(scene);
-    Tissue tissue = start_tissue(std::move(forest), problem);
-    EnergyLedger energy;
-    run.notes = notes_on_problem(scene, tissue);
-    run_frames(
-        scene, tissue, nullptr, [&](InsertionReport& report) { report.frame = advance_frame(problem, tissue, energy); },
-        points, observer, run);
-    run.final_state = state_values(tissue);
-    return run;
+  run.planned_frames = simulation.planned_frames();
+  run.buckling_load = simulation.buckling_load();
+  run.notes = notes_on_problem(scene, simulation.tissue());
+  run.stopped_because = "the duration is over";
+  run.frames.reserve(static_cast<std::size_t>(run.planned_frames));
+  for (int i = 0; i < run.planned_frames; ++i) {
+    try {
+      run.frames.push_back(simulation.advance());
+    } catch (const std::exception& error) {
+      run.failed = true;
+      run.stopped_because = "frame " + std::to_string(i + 1) + " could not be computed: " + error.what();
+      break;
+    }
+    const bool last = i + 1 == run.planned_frames;
+    const MotionView view{run.frames.back(), simulation.tissue(), simulation.insertion(), run.planned_frames, last};
+    if (!observer(view) && !last) {
+      run.stopped_because = "interrupted";
+      break;
+    }
   }
-  const InsertionProblem problem = insertion_problem(scene);
-  run.buckling_load = buckling_load_fixed_free(problem.needle);
-  std::optional<Insertion> insertion;
-  try {
-    insertion.emplace(start_insertion(std::move(forest), problem));
-  } catch (const std::invalid_argument& error) {
-    throw SceneError(scene.file + ": needle: " + error.what());
-  }
-  run.notes = notes_on_problem(scene, insertion->tissue);
-  run_frames(
-      scene, insertion->tissue, &*insertion,
-      [&](InsertionReport& report) {
-        report = scene.dynamics->check_popping ? advance_checked(problem, *insertion, run.mesh_changes)
-                                               : advance_frame(problem, *insertion);
-      },
-      points, observer, run);
-  run.final_state = state_values(*insertion);
+  run.final_state = simulation.state();
+  run.mesh_changes = simulation.mesh_changes();
   return run;
 }
 

@@ -1,28 +1,12 @@
 #pragma once
 
-#include <cstdint>
 #include <functional>
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "benchmarks/program/result_document.hpp"
-#include "core/insertion_frame.hpp"
-#include "core/scene/scene.hpp"
-#include "verification/studies/popping.hpp"
+#include "benchmarks/program/moving_simulation.hpp"
 
 namespace finegauge {
-
-/// One frame of a moving scene: a row of the result.
-struct MotionFrame {
-  InsertionReport report;                        ///< without a needle only `report.frame` is filled
-  double frame_ms = 0.0;                         ///< wall time of the whole frame; its stages are in the report
-  std::optional<std::int64_t> heap_allocations;  ///< within the frame (allocation_counter.hpp)
-  Json quantities = Json::object();              ///< of interest, by name: displacements [x, y, z] and energies
-
-  /// A frame like most of an interactive run: the mesh stays and the contact goes on as before.
-  bool quiet() const { return report.frame.refined == 0 && report.frame.coarsened == 0 && report.events.empty(); }
-};
 
 /// What an observer sees after each frame. The tissue's mesh may already be that of the next frame.
 struct MotionView {

@@ -158,7 +158,7 @@ StaticRun run_static(const Scene& scene, const StaticObserver& observer) {
     run.u = equilibrium.u;
 
     const bool last = !run.stopped_because.empty();
-    const bool go_on = observer({step, d, run.u, estimate, last});
+    const bool go_on = observer({step, forest, d, run.u, estimate, last});
     if (last || !go_on) {
       if (!last) run.stopped_because = "interrupted";
       run.notes = static_notes(scene, d, run.u);

@@ -10,6 +10,7 @@
 #include "benchmarks/program/result_document.hpp"
 #include "core/adapt/error_estimate.hpp"
 #include "core/equilibrium.hpp"
+#include "core/mesh/refinement_forest.hpp"
 #include "core/scene/scene.hpp"
 #include "core/space/discretization.hpp"
 
@@ -37,6 +38,7 @@ Json to_json(const StaticStep& step);
 /// What an observer sees after each step.
 struct StaticView {
   const StaticStep& step;
+  const RefinementForest& forest;
   const Discretization& discretization;
   const Eigen::Matrix3Xd& u;  ///< [m]
   const ErrorEstimate& estimate;
