@@ -115,8 +115,8 @@ void make_passes(const Scene& scene, const MeasureOptions& options, const Instan
     } catch (const SceneError&) {
       throw;
     } catch (const std::exception& error) {
-      run.why_incomplete =
-          "frame " + std::to_string(run.frame_ms.back().size() + 1) + " could not be computed: " + error.what();
+      const std::size_t frame = number == 0 ? static_cast<std::size_t>(run.frames) + 1 : run.frame_ms.back().size() + 1;
+      run.why_incomplete = "frame " + std::to_string(frame) + " could not be computed: " + error.what();
       return;
     }
     spent += 1e-3 * std::accumulate(run.frame_ms.back().begin(), run.frame_ms.back().end(), 0.0);

@@ -96,7 +96,7 @@ void read_dynamics(const SceneDocument& document, CellShape shape, Scene& scene)
   dynamics.estimate_error = reader.boolean("estimate_error");
   if (reader.has("deadline")) dynamics.deadline_ms = reader.number("deadline");
   dynamics.solver = read_step_solver(section("solver"));
-  if (document.root().contains("adapt")) {
+  if (document.root().contains("adapt") && section("adapt").boolean("enabled")) {
     if (!dynamics.estimate_error)
       reader.refuse("estimate_error", "found false, allowed true with [adapt], which needs it");
     dynamics.adapt = read_frame_adapt(section("adapt"), shape);

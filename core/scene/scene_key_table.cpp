@@ -200,6 +200,8 @@ constexpr SceneKey keys[] = {
      "follow the force after each change of the mesh on the old and on the new one, and compare with their "
      "equilibria: slow, changes no result",
      KeyScope::moving_only, adapts_by_steps},
+    {"adapt", "enabled", KeyType::boolean, "", any, "", "true",
+     "false: the mesh stays as it is, as if the section were not there; to compare by --set"},
     {"adapt", "policy", KeyType::choice, "", any, "template|directional", "\"template\"",
      "directional: the cheapest template that reduces the cell's error where it is"},
     {"adapt", "template", KeyType::refinement, "", any, "", "\"2x2x2\"", "of policy = \"template\""},

@@ -252,7 +252,7 @@ Scene read_scene(const std::filesystem::path& file, std::span<const std::string>
   if (document.root().contains("adapt") && single("adapt").text("estimator") == "spr") scene.estimator = Estimator::spr;
   if (moving)
     read_dynamics(document, mesh.shape, scene);
-  else if (document.root().contains("adapt"))
+  else if (document.root().contains("adapt") && single("adapt").boolean("enabled"))
     scene.adapt = read_adapt(single("adapt"), mesh.shape);
   for (const SectionReader& reader : repeated(document, "quantity")) read_quantity(reader, mesh, scene);
   return scene;

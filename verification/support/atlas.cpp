@@ -1,6 +1,5 @@
 #include "verification/support/atlas.hpp"
 
-#include <dlfcn.h>
 #include <fcntl.h>
 #include <poll.h>
 #include <sys/wait.h>
@@ -19,6 +18,7 @@
 #include <string_view>
 
 #include "core/scene/scene_error.hpp"
+#include "verification/support/run_apart.hpp"
 
 namespace finegauge {
 namespace {
@@ -129,12 +129,6 @@ void announce_scene(const std::string& scene, std::span<const AtlasFile> files) 
   point.scene = scene;
   point.files.assign(files.begin(), files.end());
   send(point);
-}
-
-/// A fork has none of the threads that OpenMP keeps waiting, and would wait for them for ever: they are given up first.
-void end_openmp_threads() {
-  constexpr int hard = 2;  // omp_pause_hard, of a library that may not be there
-  if (auto* pause = reinterpret_cast<int (*)(int)>(::dlsym(RTLD_DEFAULT, "omp_pause_resource_all"))) pause(hard);
 }
 
 std::optional<AtlasPoint> try_value_apart(const AtlasAxis& axis, double value, double seconds,

@@ -1,0 +1,206 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <random>
+
+#include "benchmarks/program/command.hpp"
+#include "benchmarks/program/interrupt.hpp"
+#include "benchmarks/program/sha256.hpp"
+#include "benchmarks/trade/trade_result.hpp"
+#include "core/scene/scene_reader.hpp"
+
+namespace finegauge {
+namespace {
+
+struct TradeCommand {
+  std::string scene, quantity = "energy_norm", reference_from;
+  std::vector<std::string> reference;
+  std::vector<double> errors, rates;
+  int points = 40;
+  std::uint64_t seed = 1;
+  double seconds = 600.0;
+  bool resume = false, confirm = false;
+  CommonOptions common;
+};
+
+constexpr int quick_points = 8;
+constexpr double quick_share = 0.1;  // of the scene's duration
+
+std::string join(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+  return text;
+}
+
+void check_usage(const TradeCommand& asked, const Scene& scene) {
+  if (asked.errors.size() != asked.rates.size())
+    throw UsageError("trade: each --error needs its --rate: found " + std::to_string(asked.errors.size()) + " and " +
+                     std::to_string(asked.rates.size()));
+  std::vector<std::string> known = {"energy_norm"};
+  for (const QuantityOfInterest& quantity : scene.quantities) known.push_back(quantity.name);
+  if (std::ranges::find(known, asked.quantity) == known.end())
+    throw UsageError("trade: --quantity " + asked.quantity + ": this scene has " + join(known));
+}
+
+TradeOptions options_of(const TradeCommand& asked, const Scene& scene, const std::filesystem::path& directory) {
+  TradeOptions options;
+  options.scene = asked.scene;
+  options.set = asked.common.set;
+  options.reference = asked.reference;
+  options.points = asked.common.quick ? std::min(asked.points, quick_points) : asked.points;
+  if (asked.common.quick && scene.dynamics) {
+    char text[64];
+    std::snprintf(text, sizeof text, "dynamics.duration=%.6g",
+                  std::max(quick_share * scene.dynamics->duration, 8.0 * scene.dynamics->time_step));
+    options.set.emplace_back(text);
+  }
+  options.seed = asked.seed;
+  options.seconds = asked.seconds;
+  options.timing_rounds = asked.common.quick ? 1 : 3;
+  options.resume = asked.resume;
+  options.directory = directory;
+  options.reference_from = asked.reference_from;
+  options.interrupted = [] { return interrupt_signal() != 0; };
+  return options;
+}
+
+void print_answer(const TradeSweep& sweep, const TradeAnswer& found, const std::string& quantity, const Json& json) {
+  std::printf("\nerror of %s <= %.3g %% at %.3g frames/s: ", quantity.c_str(), 100.0 * found.question.error,
+              found.question.rate);
+  if (found.job) {
+    std::printf("%s\n  promised: %.3g %% at %.3g frames/s (p50 %.3g ms, p99 %.3g ms)\n  %s\n",
+                describe(sweep.axes, sweep.jobs[*found.job].setting).c_str(), 100.0 * found.offer.error,
+                found.offer.rate, json["frame_ms"]["p50"].get<double>(), json["frame_ms"]["p99"].get<double>(),
+                json["command"].get<std::string>().c_str());
+    return;
+  }
+  std::printf("nothing that was tried\n");
+  for (const auto& [key, words] : {std::pair{"fast_enough", "fast enough"}, std::pair{"right_enough", "right enough"}})
+    if (json.contains(key))
+      std::printf("  the nearest that is %s: %.3g %% at %.3g frames/s: %s\n", words,
+                  100.0 * json[key]["error"].get<double>(), json[key]["promised_rate"].get<double>(),
+                  json[key]["setting"].get<std::string>().c_str());
+}
+
+/// Each answer once more, in random order: its error within a tenth of what was promised, its rate what was.
+void confirm_answers(const TradeOptions& options, const TradeSweep& sweep, const std::string& quantity,
+                     const std::vector<TradeAnswer>& answers, const Progress& progress, ResultDocument& document) {
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < answers.size(); ++i)
+    if (answers[i].job) order.push_back(i);
+  std::mt19937_64 random(options.seed + 1);
+  for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random() % i]);
+  for (const std::size_t i : order) {
+    if (options.interrupted()) return;
+    progress.note("confirming answer " + std::to_string(i + 1));
+    const MeasuredRun run = run_again(options, sweep, sweep.jobs[*answers[i].job].setting, 1);
+    const std::string name = "answer" + std::to_string(i + 1);
+    const bool complete = run.complete && run.errors.contains(quantity);
+    const double error = complete ? run.errors.at(quantity) : std::nan("");
+    const double rate = complete ? 1e3 / frame_timing(run.frame_ms).p99 : std::nan("");
+    document.checks.push_back(
+        check(name + ".error", error, 0.9 * answers[i].offer.error, 1.1 * answers[i].offer.error));
+    document.checks.push_back(check(name + ".rate", rate, answers[i].offer.rate, 1e9));
+  }
+}
+
+int trade(const TradeCommand& asked) {
+  const CommonOptions& common = asked.common;
+  (void)parse_overrides(common.set);
+  (void)parse_overrides(asked.reference);
+  const Scene scene = read_scene(asked.scene, common.set);
+  check_usage(asked, scene);
+  const std::filesystem::path directory = common.directory(scene.name + "_trade");
+  require_writable(directory);
+  use_one_blas_thread();
+  Progress progress(common.quiet);
+  TradeOptions options = options_of(asked, scene, directory);
+  options.progress = [&](double fraction, const std::string& doing) { progress.update(fraction, doing); };
+
+  ResultDocument document;
+  document.kind = "trade";
+  document.name = scene.name;
+  document.quick = common.quick;
+  document.inputs = {asked.scene, sha256_of_file(asked.scene), parse_overrides(options.set)};
+  document.environment = describe_environment(common.threads);
+
+  const TradeSweep sweep = run_trade(options);
+  document.rows = trade_rows(sweep, asked.quantity);
+  std::vector<TradeQuestion> questions;
+  for (std::size_t i = 0; i < asked.errors.size(); ++i) questions.push_back({asked.errors[i], asked.rates[i]});
+  if (questions.empty() && sweep.finished) questions = questions_of_front(sweep, asked.quantity);
+  std::vector<TradeAnswer> answers;
+  for (const TradeQuestion& question : questions) answers.push_back(answer(sweep, asked.quantity, question));
+  if (asked.confirm && sweep.finished) confirm_answers(options, sweep, asked.quantity, answers, progress, document);
+  progress.clear();
+
+  document.summary["finished"] = sweep.finished;
+  document.summary["quantity"] = asked.quantity;
+  document.summary["seed"] = asked.seed;
+  document.summary["reference"] = {{"overrides", sweep.reference_overrides}, {"distance_of_coarser", Json::object()}};
+  for (const auto& [name, error] : sweep.reference_errors)
+    document.summary["reference"]["distance_of_coarser"][name] = std::isfinite(error) ? Json(error) : Json();
+  for (const TradeAxis& axis : sweep.axes) document.summary["axes"][axis.name] = axis.about;
+  if (!common.json)
+    for (const std::string& line : trade_table(sweep, asked.quantity)) std::printf("%s\n", line.c_str());
+  document.summary["answers"] = Json::array();
+  for (const TradeAnswer& found : answers) {
+    Json json = to_json(sweep, found, asked.quantity, asked.scene, options.set);
+    if (!common.json) print_answer(sweep, found, asked.quantity, json);
+    document.summary["answers"].push_back(std::move(json));
+  }
+  if (!common.json)
+    for (const Json& one : document.checks)
+      std::printf("%s %s: %.4g, allowed %.4g to %.4g\n", one["ok"].get<bool>() ? "ok    " : "FAILED",
+                  one["name"].get<std::string>().c_str(), one["value"].get<double>(), one["low"].get<double>(),
+                  one["high"].get<double>());
+  for (const Plot& plot : trade_plots(sweep, scene.name))
+    if (const PlotReport report = draw_plot(plot, directory); !report.written) progress.note(report.why_not);
+  if (!sweep.finished) progress.note("interrupted: --resume goes on with it");
+  if (!common.json) std::fflush(stdout);
+  return finish(document, common, directory, progress);
+}
+
+}  // namespace
+
+void add_trade_command(CLI::App& program, int& exit_code) {
+  CLI::App* command = program.add_subcommand(
+      "trade", "Speed against accuracy: tries what a user can choose in a scene, and finds what pays");
+  const auto asked = std::make_shared<TradeCommand>();
+  command->add_option("SCENE", asked->scene, "Scene file (finegauge help scene)")->required();
+  command->add_option("--error", asked->errors, "Largest error allowed, a fraction; repeatable, with a --rate each")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--rate", asked->rates, "Frames per second that 99 of 100 frames must keep; repeatable")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--quantity", asked->quantity,
+                      "What the error is of: energy_norm (default) or a quantity of the scene");
+  command->add_option("--points", asked->points, "Settings to try (default 40)")->check(CLI::Range(1, 100000));
+  command->add_option("--seed", asked->seed, "Of the settings that are tried (default 1)");
+  command->add_option("--seconds", asked->seconds, "That one run may take before it counts as too slow (default 600)")
+      ->check(CLI::PositiveNumber);
+  command->add_option(
+      "--reference", asked->reference,
+      "KEY=VALUE on top of the reference's settings; repeatable. By default it has twice the cells along "
+      "each axis, half the time step, tighter tolerances");
+  command->add_option("--reference-from", asked->reference_from, "Directory of a sweep that has the reference already");
+  command->add_flag("--resume", asked->resume, "Goes on with the sweep in --out; what was finished is not repeated");
+  command->add_flag("--confirm", asked->confirm, "Runs each answer once more, and checks what was promised");
+  add_common_options(*command, asked->common,
+                     "KEY=VALUE: replaces a key of the scene before anything is tried; repeatable");
+  command->footer(
+      "The error of each run is its distance from a finer run of the scene, the reference, in the energy norm and for\n"
+      "each quantity; how far a coarser reference is from it is printed. Settings fill the space evenly first and "
+      "come\n"
+      "nearer to the front then. Those on a front are timed three times more, in random order. A promised rate is "
+      "what\n"
+      "the worst pass kept in 99 of 100 frames, less a tenth. Writes NAME.json, NAME.csv, a plot per quantity,\n"
+      "NAME_journal.jsonl (finished runs, for --resume) and the reference.\n"
+      "\n"
+      "Examples:\n"
+      "  finegauge trade reference_data/scenes/phantom.toml --error 0.3 --rate 30 -o phantom_trade\n"
+      "  finegauge trade my_scene.toml --points 100 --quantity tip_force --resume");
+  command->callback([&exit_code, asked] { exit_code = trade(*asked); });
+}
+
+}  // namespace finegauge

@@ -1,0 +1,277 @@
+#include "benchmarks/trade/trade_sweep.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <numeric>
+#include <optional>
+#include <random>
+#include <stdexcept>
+
+#include "benchmarks/program/atomic_file.hpp"
+#include "benchmarks/program/command.hpp"
+#include "benchmarks/program/sha256.hpp"
+#include "benchmarks/trade/front.hpp"
+#include "benchmarks/trade/journal.hpp"
+#include "core/scene/scene_error.hpp"
+#include "core/scene/scene_reader.hpp"
+#include "verification/support/run_apart.hpp"
+
+namespace finegauge {
+namespace {
+
+constexpr int instants = 6;
+constexpr double no_limit = std::numeric_limits<double>::infinity();
+
+std::vector<std::string> joined(std::vector<std::string> a, const std::vector<std::string>& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
+std::string bytes_as_text(const std::vector<std::uint8_t>& bytes) { return {bytes.begin(), bytes.end()}; }
+std::vector<std::uint8_t> text_as_bytes(const std::string& text) { return {text.begin(), text.end()}; }
+
+/// A run through a pipe, without its curves: the errors are known by now.
+std::string packed(MeasuredRun run) {
+  run.curves = {};
+  return bytes_as_text(Json::to_cbor(to_json(run)));
+}
+
+MeasuredRun unpacked(const ApartResult& result) {
+  if (result.end == ApartResult::End::done) return measured_run(Json::from_cbor(text_as_bytes(result.bytes)));
+  MeasuredRun run;
+  run.why_incomplete = result.why;
+  return run;
+}
+
+/// Everything about one sweep that its steps share.
+class Sweeper {
+ public:
+  explicit Sweeper(const TradeOptions& options)
+      : options_(options),
+        scene_(read_scene(options.scene, options.set)),
+        axes_(trade_axes(scene_)),
+        wanted_(trade_reference(scene_)) {
+    wanted_.fine = joined(std::move(wanted_.fine), options.reference);
+    wanted_.coarser = joined(std::move(wanted_.coarser), options.reference);
+    (void)read_scene(options.scene, joined(options.set, wanted_.fine));  // its messages before anything is written
+    (void)read_scene(options.scene, joined(options.set, wanted_.coarser));
+    if (axes_.empty()) throw UsageError(options.scene.string() + ": trade: there is nothing to choose in this scene");
+  }
+
+  std::string reference_key() const {
+    const Environment here = describe_environment(1);
+    std::string text = sha256_of_file(options_.scene) + here.version + here.commit;
+    for (const auto& list : {options_.set, wanted_.fine, wanted_.coarser})
+      for (const std::string& one : list) text += "\n" + one;
+    constexpr std::size_t digits = 16;
+    return sha256(text).substr(0, digits);
+  }
+
+  Json header() const {
+    Json labels = Json::object();
+    for (const TradeAxis& axis : axes_)
+      for (const TradeChoice& choice : axis.choices) labels[axis.name].push_back(choice.label);
+    return {{"sweep", "trade"},         {"reference", reference_key()}, {"points", options_.points},
+            {"seed", options_.seed},    {"seconds", options_.seconds},  {"timing_rounds", options_.timing_rounds},
+            {"axes", std::move(labels)}};
+  }
+
+  /// False when interrupted.
+  bool prepare_reference(TradeSweep& sweep) {
+    const std::string name = scene_.name + "_reference_" + reference_key();
+    std::filesystem::path folder = options_.directory;
+    if (!options_.reference_from.empty()) {
+      folder = options_.reference_from;
+      if (!std::filesystem::exists(folder / (name + ".json")))
+        throw UsageError("--reference-from: " + (folder / (name + ".json")).string() +
+                         " is missing: it belongs to another scene, other settings or another build of the program");
+    }
+    const std::filesystem::path fields = folder / (name + ".cbor"), errors = folder / (name + ".json");
+    if (!std::filesystem::exists(fields) && !record(fields)) return false;
+    std::ifstream in(fields, std::ios::binary);
+    reference_ = reference_run({std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()});
+    if (!std::filesystem::exists(errors) && !compare_references(errors)) return false;
+    std::ifstream found(errors);
+    for (const auto& [quantity, error] : Json::parse(found).at("errors").items())
+      sweep.reference_errors[quantity] = error.is_null() ? std::nan("") : error.get<double>();
+    return true;
+  }
+
+  MeasuredRun measure(const TradeSetting& setting, int passes, bool compared, double seconds) const {
+    const std::vector<std::string> set = joined(options_.set, overrides(axes_, setting));
+    std::optional<Scene> scene;
+    try {
+      scene = read_scene(options_.scene, set);
+    } catch (const SceneError& error) {
+      MeasuredRun refused;
+      refused.why_incomplete = std::string("refused: ") + error.what();
+      return refused;
+    }
+    MeasureOptions how;
+    how.passes_least = how.passes_most = passes;
+    if (compared) how.reference = &*reference_;
+    return unpacked(run_apart([&] { return packed(measure_run(*scene, how)); }, seconds, options_.interrupted));
+  }
+
+  const std::vector<TradeAxis>& axes() const { return axes_; }
+  const TradeReference& wanted() const { return wanted_; }
+  const std::string& scene_name() const { return scene_.name; }
+
+ private:
+  bool record(const std::filesystem::path& file) const {
+    options_.progress(0.0, "the reference run");
+    const Scene fine = read_scene(options_.scene, joined(options_.set, wanted_.fine));
+    const std::vector<double> times = instants_of(scene_, longest_time_step(scene_), instants);
+    const ApartResult made = run_apart(
+        [&] {
+          std::string why;
+          const auto reference = record_reference(fine, times, why);
+          if (!reference) throw std::runtime_error(why);
+          return bytes_as_text(to_bytes(*reference));
+        },
+        no_limit, options_.interrupted);
+    if (made.end == ApartResult::End::stopped) return false;
+    if (made.end != ApartResult::End::done)
+      throw std::runtime_error("the reference run: " + made.why + "; its settings can be changed by --reference");
+    write_file_atomically(file, made.bytes);
+    return true;
+  }
+
+  bool compare_references(const std::filesystem::path& file) const {
+    options_.progress(0.0, "a coarser reference, for how far the reference itself is off");
+    const Scene coarser = read_scene(options_.scene, joined(options_.set, wanted_.coarser));
+    MeasureOptions how;
+    how.reference = &*reference_;
+    const ApartResult made =
+        run_apart([&] { return packed(measure_run(coarser, how)); }, no_limit, options_.interrupted);
+    if (made.end == ApartResult::End::stopped) return false;
+    const MeasuredRun run = unpacked(made);
+    if (!run.complete)
+      throw std::runtime_error("the coarser reference run: " + run.why_incomplete +
+                               "; its settings can be changed by --reference");
+    write_file_atomically(
+        file,
+        Json({{"errors", to_json(run).at("errors")}, {"fine", wanted_.fine}, {"coarser", wanted_.coarser}}).dump(1));
+    return true;
+  }
+
+  const TradeOptions& options_;
+  Scene scene_;
+  std::vector<TradeAxis> axes_;
+  TradeReference wanted_;
+  std::optional<ReferenceRun> reference_;
+};
+
+/// Rounds of the plan; jobs that the journal has are taken from it. False when interrupted.
+bool try_settings(const TradeOptions& options, const Sweeper& sweeper, Journal& journal, TradeSweep& sweep) {
+  std::map<int, Json> done;
+  for (const Json& line : journal.lines())
+    if (line.contains("job")) done[line.at("job").get<int>()] = line;
+  TradePlan plan(sweeper.axes(), options.points, options.seed);
+  for (std::vector<TradeSetting> round = plan.next_round(sweep.jobs); !round.empty();
+       round = plan.next_round(sweep.jobs))
+    for (const TradeSetting& setting : round) {
+      TradeJob job;
+      job.number = static_cast<int>(sweep.jobs.size());
+      job.setting = setting;
+      if (const auto found = done.find(job.number); found != done.end()) {
+        job.run = measured_run(found->second.at("run"));
+      } else {
+        constexpr double share = 0.8;  // of the time; the rest is for timing the front
+        options.progress(share * job.number / options.points, "setting " + std::to_string(job.number + 1) + " of " +
+                                                                  std::to_string(options.points) + ": " +
+                                                                  describe(sweeper.axes(), setting));
+        job.run = sweeper.measure(setting, 1, true, options.seconds);
+        if (options.interrupted()) return false;  // what was cut short is not written down
+        journal.append({{"job", job.number}, {"setting", setting}, {"run", to_json(job.run)}});
+      }
+      sweep.jobs.push_back(std::move(job));
+    }
+  return true;
+}
+
+/// Further passes of all settings that are on a front, in an order that no drift of the machine can follow.
+bool time_fronts(const TradeOptions& options, const Sweeper& sweeper, Journal& journal, TradeSweep& sweep) {
+  std::map<std::pair<int, int>, Json> done;  // by round and job
+  std::vector<int> chosen;                   // of the first run: a front found again from new times may be another
+  for (const Json& line : journal.lines()) {
+    if (line.contains("timed")) line.at("timed").get_to(chosen);
+    if (line.contains("round")) done[{line.at("round").get<int>(), line.at("of").get<int>()}] = line;
+  }
+  if (chosen.empty()) {
+    std::set<std::string> names;
+    for (const TradeJob& job : sweep.jobs)
+      for (const auto& [name, error] : job.run.errors) names.insert(name);
+    std::set<int> on_front;
+    for (const std::string& name : names)
+      for (const std::size_t i : timed_front(sweep.jobs, name)) on_front.insert(static_cast<int>(i));
+    chosen.assign(on_front.begin(), on_front.end());
+    journal.append({{"timed", chosen}});
+  }
+  std::mt19937_64 random(options.seed);
+  int count = 0;
+  for (int round = 0; round < options.timing_rounds; ++round) {
+    // Fisher and Yates, by hand: std::shuffle's order is each library's own.
+    std::vector<int> order = chosen;
+    for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random() % i]);
+    for (const int number : order) {
+      TradeJob& job = sweep.jobs[static_cast<std::size_t>(number)];
+      ++count;
+      if (const auto found = done.find({round, number}); found != done.end()) {
+        job.more_passes.push_back(found->second.at("frame_ms").get<std::vector<double>>());
+        continue;
+      }
+      const double share = static_cast<double>(count) / (options.timing_rounds * static_cast<double>(chosen.size()));
+      options.progress(0.8 + 0.2 * share, "timing the front: " + describe(sweeper.axes(), job.setting));
+      const MeasuredRun run = sweeper.measure(job.setting, 1, false, no_limit);
+      if (options.interrupted()) return false;
+      if (run.frame_ms.empty()) continue;
+      journal.append({{"round", round}, {"of", number}, {"frame_ms", run.frame_ms.front()}});
+      job.more_passes.push_back(run.frame_ms.front());
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+std::vector<std::vector<double>> all_passes(const TradeJob& job) {
+  std::vector<std::vector<double>> passes = job.run.frame_ms;
+  passes.insert(passes.end(), job.more_passes.begin(), job.more_passes.end());
+  return passes;
+}
+
+std::vector<std::size_t> timed_front(const std::vector<TradeJob>& jobs, const std::string& quantity) {
+  std::vector<TradePoint> points;
+  for (const TradeJob& job : jobs) {
+    const auto error = job.run.errors.find(quantity);
+    if (job.run.complete && error != job.run.errors.end())
+      points.push_back({frame_timing(all_passes(job)).p99, error->second});
+    else
+      points.push_back({std::nan(""), std::nan("")});
+  }
+  return pareto_front(points);
+}
+
+TradeSweep run_trade(const TradeOptions& options) {
+  Sweeper sweeper(options);
+  Journal journal(options.directory / (sweeper.scene_name() + "_journal.jsonl"), sweeper.header(), options.resume);
+  TradeSweep sweep;
+  sweep.axes = sweeper.axes();
+  sweep.reference_overrides = sweeper.wanted().fine;
+  sweep.finished = sweeper.prepare_reference(sweep) && try_settings(options, sweeper, journal, sweep) &&
+                   time_fronts(options, sweeper, journal, sweep);
+  return sweep;
+}
+
+MeasuredRun run_again(const TradeOptions& options, const TradeSweep& sweep, const TradeSetting& setting, int passes) {
+  Sweeper sweeper(options);
+  TradeSweep unused = sweep;
+  if (!sweeper.prepare_reference(unused)) return {};
+  return sweeper.measure(setting, passes, true, no_limit);
+}
+
+}  // namespace finegauge

@@ -1,0 +1,236 @@
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <csignal>
+#include <limits>
+#include <set>
+
+#include "benchmarks/program/command.hpp"
+#include "benchmarks/trade/front.hpp"
+#include "benchmarks/trade/journal.hpp"
+#include "benchmarks/trade/trade_result.hpp"
+#include "verification/support/catch.hpp"
+#include "verification/support/run_apart.hpp"
+#include "verification/support/scene_text.hpp"
+
+namespace finegauge {
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+constexpr const char* beam = R"(
+name = "beam"
+[box]
+size = [4, 1, 1]
+cells = [4, 1, 1]
+[material]
+youngs_modulus = 1000
+poisson_ratio = 0.3
+[[support]]
+surface = "x_min"
+[[load]]
+surface = "x_max"
+total_force = [0, 0, -1]
+[[quantity]]
+kind = "energy"
+)";
+
+/// A folder that lives as long as this value.
+struct TemporaryFolder {
+  std::filesystem::path path =
+      std::filesystem::temp_directory_path() / ("finegauge_trade_" + std::to_string(::getpid()));
+  TemporaryFolder() {
+    std::filesystem::remove_all(path);
+    std::filesystem::create_directories(path);
+  }
+  ~TemporaryFolder() { std::filesystem::remove_all(path); }
+};
+
+TradeOptions options_for(const std::filesystem::path& scene, const std::filesystem::path& folder) {
+  TradeOptions options;
+  options.scene = scene;
+  options.points = 10;
+  options.timing_rounds = 2;
+  options.directory = folder;
+  return options;
+}
+
+/// All of a sweep that does not depend on the machine's speed.
+Json without_times(const TradeSweep& sweep) {
+  Json rows = trade_rows(sweep, "energy_norm");
+  for (Json& row : rows)
+    for (const char* key : {"frame_ms", "frames_per_second", "promised_rate", "fronts", "on_front", "peak_memory_mb"})
+      row.erase(key);
+  return rows;
+}
+
+}  // namespace
+
+TEST_CASE("the front is what no other point beats, by brute force") {
+  std::vector<TradePoint> points = {{1.0, nan}, {nan, 1.0}};
+  unsigned state = 7;
+  const auto next = [&] { return static_cast<double>((state = state * 1664525u + 1013904223u) >> 24); };  // with ties
+  for (int i = 0; i < 400; ++i) points.push_back({next() + 1.0, next() + 1.0});
+  const std::vector<std::size_t> front = pareto_front(points);
+  REQUIRE(front.size() > 2);
+  const auto beats = [](const TradePoint& a, const TradePoint& b) {
+    return a.cost <= b.cost && a.error <= b.error && (a.cost < b.cost || a.error < b.error);
+  };
+  std::set<std::pair<double, double>> expected, found;
+  for (const TradePoint& p : points)
+    if (!std::isnan(p.cost) && !std::isnan(p.error) &&
+        std::ranges::none_of(points, [&](const TradePoint& q) { return beats(q, p); }))
+      expected.insert({p.cost, p.error});
+  for (const std::size_t i : front) found.insert({points[i].cost, points[i].error});
+  CHECK(found == expected);
+  CHECK(found.size() == front.size());
+}
+
+TEST_CASE("a question is answered by the fastest setting that is right enough, or by what comes nearest") {
+  const std::vector<TradeOffer> offers = {{0.5, 1000.0}, {0.1, 100.0}, {0.09, 80.0}, {0.01, 10.0}};
+  CHECK(*cheapest(offers, {0.1, 50.0}) == 1);
+  CHECK(*cheapest(offers, {0.095, 50.0}) == 2);
+  CHECK_FALSE(cheapest(offers, {0.05, 50.0}));
+  const NearestOffers near = nearest(offers, {0.05, 50.0});
+  CHECK(*near.fast_enough == 2);
+  CHECK(*near.right_enough == 3);
+  CHECK_FALSE(nearest(offers, {0.001, 5000.0}).fast_enough);
+}
+
+TEST_CASE("a promised rate is below that of the worst pass") {
+  std::vector<std::vector<double>> passes(3, std::vector<double>(200, 1.0));
+  passes[1][10] = passes[1][20] = passes[1][30] = 4.0;  // more than one frame in a hundred
+  const FrameTiming timing = frame_timing(passes);
+  CHECK(timing.p50 == 1.0);
+  CHECK(timing.p99 == 1.0);
+  CHECK(timing.worst_p99 == 4.0);
+  CHECK(timing.noise == 1.5);
+  CHECK(std::abs(promised_rate(timing) - 1000.0 / 4.4) < 1e-9);
+  CHECK_THROWS_AS(frame_timing(std::vector<std::vector<double>>{}), std::invalid_argument);
+}
+
+TEST_CASE("settings fill the space evenly for every seed, and no setting comes twice") {
+  const TemporaryFile file("beam.toml", beam);
+  const std::vector<TradeAxis> axes = trade_axes(read(beam));
+  REQUIRE(axes.size() >= 3);
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    TradePlan plan(axes, 50, seed);
+    const std::vector<TradeSetting> settings = plan.next_round({});
+    CHECK(settings.size() == 30);
+    CHECK(settings.front() == own_setting(axes));
+    CHECK(std::set<TradeSetting>(settings.begin(), settings.end()).size() == settings.size());
+    // Of the 29 others each choice of an axis gets its share but for a few: a random draw would often miss by more.
+    for (std::size_t a = 0; a < axes.size(); ++a) {
+      std::vector<int> count(axes[a].choices.size());
+      for (std::size_t i = 1; i < settings.size(); ++i) ++count[static_cast<std::size_t>(settings[i][a])];
+      const double share = 29.0 / static_cast<double>(count.size());
+      for (const int n : count) CHECK(std::abs(n - share) <= 0.5 * share + 1.0);
+    }
+  }
+}
+
+TEST_CASE("every setting of an axis is a scene that can be read, and is told by its own words") {
+  for (const char* name : {"phantom", "liver", "lshape", "displacement_field"}) {
+    const std::filesystem::path file = reference_data() / "scenes" / (std::string(name) + ".toml");
+    const Scene scene = read_scene(file);
+    const std::vector<TradeAxis> axes = trade_axes(scene);
+    for (std::size_t a = 0; a < axes.size(); ++a) {
+      CHECK(axes[a].choices[static_cast<std::size_t>(axes[a].own)].overrides.empty());
+      for (int c = 0; c < static_cast<int>(axes[a].choices.size()); ++c) {
+        if (axes[a].name == "base_mesh" && scene.geometry.index() == 1) continue;  // an organ is cut anew: seconds
+        TradeSetting setting = own_setting(axes);
+        setting[a] = c;
+        const std::vector<std::string> set = overrides(axes, setting);
+        INFO(name << ": " << describe(axes, setting));
+        CHECK_NOTHROW(read_scene(file, set));
+        CHECK(set.empty() == (c == axes[a].own));
+      }
+    }
+  }
+}
+
+TEST_CASE("a sweep that is stopped anywhere and resumed has the rows of one that was left alone") {
+  const TemporaryFile file("beam.toml", beam);
+  const TemporaryFolder whole_folder;
+  TradeOptions options = options_for(file.path(), whole_folder.path / "whole");
+  const TradeSweep whole = run_trade(options);
+  REQUIRE(whole.finished);
+  REQUIRE(whole.jobs.size() == 10);
+  CHECK(whole.jobs.front().run.complete);
+  CHECK_THROWS_AS(run_trade(options), UsageError);  // without --resume nothing is overwritten
+
+  options.directory = whole_folder.path / "cut";
+  int asked = 0;
+  bool finished = false;
+  int starts = 0;
+  for (int allowed = 3; !finished; allowed += 4) {
+    asked = 0;
+    options.interrupted = [&] { return ++asked > allowed; };
+    const TradeSweep part = run_trade(options);
+    finished = part.finished;
+    options.resume = true;
+    ++starts;
+    if (finished) CHECK(without_times(part) == without_times(whole));
+  }
+  CHECK(starts > 3);
+
+  // What a kill in the middle of a line leaves: the line is as if it had not been written.
+  const std::filesystem::path journal = options.directory / "beam_journal.jsonl";
+  std::filesystem::resize_file(journal, std::filesystem::file_size(journal) / 2);
+  options.interrupted = [] { return false; };
+  CHECK(without_times(run_trade(options)) == without_times(whole));
+
+  options.seed = 2;
+  CHECK_THROWS_AS(run_trade(options), UsageError);  // another sweep's journal
+}
+
+TEST_CASE("errors fall along the front as the mesh gets finer") {
+  const TemporaryFile file("beam.toml", beam);
+  const TemporaryFolder folder;
+  const TradeSweep sweep = run_trade(options_for(file.path(), folder.path));
+  const std::vector<TradeOffer> all = offers(sweep, "energy");
+  const auto questions = questions_of_front(sweep, "energy");
+  REQUIRE_FALSE(questions.empty());
+  for (const TradeQuestion& question : questions) {
+    const TradeAnswer found = answer(sweep, "energy", question);
+    REQUIRE(found.job);
+    CHECK(found.offer.error <= question.error);
+    CHECK(found.offer.rate >= question.rate);
+  }
+  // The energy's error is the square of the energy norm's, for loads alone and cells like the reference's; the samples
+  // integrate within 5 %.
+  const auto dilatation = std::ranges::find(sweep.axes, "dilatation", &TradeAxis::name) - sweep.axes.begin();
+  for (const TradeJob& job : sweep.jobs)
+    if (job.run.complete && job.run.errors.at("energy") > 0.01 &&
+        job.setting[static_cast<std::size_t>(dilatation)] == 0)
+      CHECK(std::abs(job.run.errors.at("energy_norm") / std::sqrt(job.run.errors.at("energy")) - 1.0) < 0.1);
+  CHECK_FALSE(answer(sweep, "energy", {1e-9, 1e9}).job);
+}
+
+TEST_CASE("work in a process of its own ends as what it was") {
+  using End = ApartResult::End;
+  CHECK(run_apart([] { return std::string(300000, 'x'); }, 60.0).bytes.size() == 300000);
+  CHECK(run_apart([]() -> std::string { throw std::runtime_error("no luck"); }, 60.0).why == "no luck");
+  CHECK(run_apart(
+            []() -> std::string {
+              ::raise(SIGKILL);
+              return {};
+            },
+            60.0)
+            .end == End::crashed);
+  CHECK(run_apart(
+            []() -> std::string {
+              for (;;) ::usleep(1000);
+            },
+            0.2)
+            .end == End::too_long);
+  CHECK(run_apart(
+            []() -> std::string {
+              for (;;) ::usleep(1000);
+            },
+            60.0, [] { return true; })
+            .end == End::stopped);
+}
+
+}  // namespace finegauge
