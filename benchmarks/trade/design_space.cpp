@@ -65,6 +65,11 @@ std::optional<TradeChoice> base_mesh_choice(const Scene& scene, double factor) {
   return TradeChoice{"cells of " + text(size) + " m", {key("organ.cell_size", text(size))}};
 }
 
+CellShape cell_shape(const Scene& scene) {
+  const auto* box = std::get_if<BoxMeshOptions>(&scene.geometry);
+  return box ? box->shape : std::get<BaseMesh>(scene.geometry).shape;
+}
+
 void add(std::vector<TradeAxis>& axes, TradeAxis axis) {
   if (axis.choices.size() > 1) axes.push_back(std::move(axis));
 }
@@ -272,38 +277,41 @@ double longest_time_step(const Scene& scene) {
 
 TradeReference trade_reference(const Scene& scene) {
   TradeReference reference;
-  const auto both = [&](const std::string& name, const std::string& value) {
-    reference.fine.push_back(key(name, value));
-    reference.coarser.push_back(key(name, value));
+  const auto each = [&](const std::string& name, const std::string& fine, const std::string& coarser) {
+    reference.fine.push_back(key(name, fine));
+    reference.coarser.push_back(key(name, coarser));
   };
-  const auto each = [&](const std::string& name, double fine, double coarser) {
-    reference.fine.push_back(key(name, text(fine)));
-    reference.coarser.push_back(key(name, text(coarser)));
+  const auto both = [&](const std::string& name, const std::string& value) { each(name, value, value); };
+  const auto add_mesh = [&](double factor, std::vector<std::string>& list) {
+    if (const auto mesh = base_mesh_choice(scene, factor))
+      list.insert(list.end(), mesh->overrides.begin(), mesh->overrides.end());
   };
-  const auto add_all = [](const std::vector<std::string>& from, std::vector<std::string>& to) {
-    to.insert(to.end(), from.begin(), from.end());
-  };
-  const auto fine_mesh = base_mesh_choice(scene, reference_mesh_factor * (scene.dynamics ? 1.0 : 2.0));
-  const auto coarser_mesh = base_mesh_choice(scene, coarser_mesh_factor * (scene.dynamics ? 1.0 : 2.0));
-  if (fine_mesh) add_all(fine_mesh->overrides, reference.fine);
-  if (coarser_mesh) add_all(coarser_mesh->overrides, reference.coarser);
+  add_mesh(reference_mesh_factor, reference.fine);
   both("solver.relative_residual", "1e-9");
   if (!scene.dynamics) {
-    if (scene.adapt) each("adapt.steps", scene.adapt->steps + 3.0, scene.adapt->steps + 1.0);
+    // Refined until it is large, by direction: at edges where the stress has no bound this is what converges fast
+    // enough for one run to be a truth for others.
+    add_mesh(reference_mesh_factor, reference.coarser);
+    both("adapt.steps", "40");
+    both("adapt.theta", "0.3");
+    both("adapt.policy", cell_shape(scene) == CellShape::hexahedron ? "directional" : "template");
+    both("adapt.tolerance", "0");
+    each("adapt.max_dofs", "100000", "25000");
     return reference;
   }
+  add_mesh(coarser_mesh_factor, reference.coarser);
   if (scene.material.kinematics == Kinematics::corotational) both("dynamics.newton_iterations", "5");
   const SceneDynamics& dynamics = *scene.dynamics;
-  each("dynamics.time_step", 0.5 * dynamics.time_step, dynamics.time_step);
+  each("dynamics.time_step", text(0.5 * dynamics.time_step), text(dynamics.time_step));
   if (dynamics.adapt) {
     both("adapt.max_depth", std::to_string(std::max(1, dynamics.adapt->max_depth)));
     both("adapt.policy", "template");
     both("adapt.template", "2x2x2");
     both("adapt.every", "1");
     if (dynamics.adapt->tolerance > 0.0)
-      each("adapt.tolerance", 0.35 * dynamics.adapt->tolerance, 0.5 * dynamics.adapt->tolerance);
+      each("adapt.tolerance", text(0.35 * dynamics.adapt->tolerance), text(0.5 * dynamics.adapt->tolerance));
     else
-      each("adapt.theta", 0.1, 0.15), both("adapt.coarsen_below", "0");
+      each("adapt.theta", "0.1", "0.15"), both("adapt.coarsen_below", "0");
   }
   if (scene.needle) {
     both("contact.tolerance", "1e-9");

@@ -95,7 +95,8 @@ class Sweeper {
     reference_ = reference_run({std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()});
     if (!std::filesystem::exists(errors) && !compare_references(errors)) return false;
     std::ifstream found(errors);
-    for (const auto& [quantity, error] : Json::parse(found).at("errors").items())
+    const Json comparison = Json::parse(found);
+    for (const auto& [quantity, error] : comparison.at("errors").items())
       sweep.reference_errors[quantity] = error.is_null() ? std::nan("") : error.get<double>();
     return true;
   }
