@@ -48,7 +48,6 @@ void print_list() {
 
 const std::vector<PlannedCommand>& planned_commands() {
   static const std::vector<PlannedCommand> commands = {
-      {"audit", "what the scene needs: one ingredient left out at a time"},
       {"profile", "where the time goes, stage by stage"},
       {"gate", "budgets of accuracy, counts and times"},
       {"report", "one page of tables, plots and pictures"},

@@ -69,6 +69,7 @@ int run_program(int argc, char** argv) {
   add_verify_command(program, exit_code);
   add_atlas_command(program, exit_code);
   add_trade_command(program, exit_code);
+  add_audit_command(program, exit_code);
   add_help_command(program, exit_code);
   add_planned_commands(program);
   check_command_name(program, argc, argv);

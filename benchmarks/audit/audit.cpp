@@ -1,0 +1,110 @@
+#include "benchmarks/audit/audit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/scene/scene_error.hpp"
+#include "core/scene/scene_reader.hpp"
+#include "verification/support/run_apart.hpp"
+
+namespace finegauge {
+namespace {
+
+SceneComparison compare_apart(const AuditOptions& options, const Scene& scene,
+                              const std::vector<std::string>& overrides) {
+  std::vector<std::string> set = options.set;
+  set.insert(set.end(), overrides.begin(), overrides.end());
+  std::optional<Scene> changed;
+  SceneComparison failed;
+  try {
+    changed = read_scene(options.scene, set);
+  } catch (const SceneError& error) {
+    failed.why_incomplete = std::string("refused: ") + error.what();
+    return failed;
+  }
+  const ApartResult result = run_apart([&] { return to_json(compare_scenes(scene, *changed, options.seed)).dump(); },
+                                       std::numeric_limits<double>::infinity(), options.interrupted);
+  if (result.end == ApartResult::End::done) return scene_comparison(Json::parse(result.bytes));
+  failed.why_incomplete = result.why;
+  return failed;
+}
+
+/// Present, spare and dear ones, by what they save, most first.
+std::vector<const AuditedIngredient*> savings(const Audit& audit) {
+  std::vector<const AuditedIngredient*> list;
+  for (const AuditedIngredient& one : audit.ingredients)
+    if (one.ingredient.present && one.verdict == Verdict::spare && one.comparison.time_change() < 0.0)
+      list.push_back(&one);
+  std::ranges::stable_sort(list, {}, [](const AuditedIngredient* one) { return one->comparison.time_change(); });
+  return list;
+}
+
+/// False when interrupted.
+bool find_cheapest(const AuditOptions& options, const Scene& scene, Audit& audit) {
+  for (std::vector<const AuditedIngredient*> out = savings(audit);; out.pop_back()) {
+    CheapestScene cheapest;
+    std::string words;
+    for (const AuditedIngredient* one : out) {
+      cheapest.left_out.push_back(one->ingredient.name);
+      words += (words.empty() ? "" : ", ") + one->ingredient.name;
+      cheapest.overrides.insert(cheapest.overrides.end(), one->ingredient.overrides.begin(),
+                                one->ingredient.overrides.end());
+    }
+    if (out.empty()) {
+      cheapest.comparison = audit.with_itself;
+      audit.cheapest = cheapest;
+      return true;
+    }
+    options.progress(0.95, "the cheapest scene, without " + words);
+    cheapest.comparison = compare_apart(options, scene, cheapest.overrides);
+    if (options.interrupted()) return false;
+    if (judge(cheapest.comparison, options.tolerance) == Verdict::spare) {
+      audit.cheapest = cheapest;
+      return true;
+    }
+  }
+}
+
+}  // namespace
+
+std::string_view to_string(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::needed:
+      return "needed";
+    case Verdict::spare:
+      return "spare";
+    case Verdict::undecided:
+      break;
+  }
+  return "undecided";
+}
+
+Verdict judge(const SceneComparison& comparison, double tolerance) {
+  if (!comparison.complete || comparison.changed_unconverged > comparison.unconverged) return Verdict::undecided;
+  const double change = comparison.largest_change();
+  if (!std::isfinite(change)) return Verdict::undecided;
+  return change <= tolerance ? Verdict::spare : Verdict::needed;
+}
+
+Audit run_audit(const AuditOptions& options) {
+  const Scene scene = read_scene(options.scene, options.set);
+  const std::vector<Ingredient> ingredients = scene_ingredients(scene);
+  Audit audit;
+  const double steps = static_cast<double>(ingredients.size()) + 2.0;
+  options.progress(0.0, "the scene beside itself, for the noise");
+  audit.with_itself = compare_apart(options, scene, {});
+  for (const Ingredient& ingredient : ingredients) {
+    if (options.interrupted()) return audit;
+    options.progress((1.0 + static_cast<double>(audit.ingredients.size())) / steps,
+                     (ingredient.present ? "without " : "with ") + ingredient.name);
+    AuditedIngredient one{ingredient, compare_apart(options, scene, ingredient.overrides), Verdict::undecided};
+    if (options.interrupted()) return audit;
+    one.verdict = judge(one.comparison, options.tolerance);
+    audit.ingredients.push_back(std::move(one));
+  }
+  audit.finished = find_cheapest(options, scene, audit);
+  return audit;
+}
+
+}  // namespace finegauge
