@@ -132,8 +132,11 @@ TissueStepReport step_tissue(const TissueMesh& mesh, const TissueProblem& proble
 struct TransferLedger {
   double elastic_change = 0.0, kinetic_change = 0.0;          ///< after minus before [J]
   Eigen::Vector3d support_impulse = Eigen::Vector3d::Zero();  ///< taken by the supports of coarsened cells [kg m/s]
-  double momentum_change = 0.0;  ///< ‖Δp + support_impulse‖ / (mass × largest speed); round-off, but see below
-  int moved = 0;                 ///< nodes whose velocity is not that of the old field there
+  double momentum_change = 0.0;  ///< ‖Δp + support_impulse‖ / (mass × largest speed): round-off
+  /// Of the angular momentum about the origin, at current positions, with the supports' impulses taken back
+  /// [kg m²/s]: what could not be kept, see below.
+  Eigen::Vector3d angular_change = Eigen::Vector3d::Zero();
+  int moved = 0;  ///< nodes whose velocity is not that of the old field there
 };
 /// u and v on another mesh of the same forest. Refinement keeps both fields exactly, and the momentum; the lumped
 /// kinetic energy falls, since a finer mesh lumps less. Coarsening keeps u at the nodes that remain. v becomes the
@@ -143,14 +146,18 @@ struct TransferLedger {
 /// velocity, and held directions the prescribed one.
 ///
 /// No transfer can do that and be the identity after a refinement: going fine lost kinetic energy, which would have to
-/// come back. So u comes back from a round trip, and v comes back smoothed.
+/// come back. So u comes back from a round trip, and v comes back smoothed. Nor can refinement keep the field and the
+/// angular momentum: a finer mesh lumps less mass far out, so that the same turning has less of it. The ledger says
+/// how much; of a body that coarsens only what the displacements given up carry at current positions.
 ///
 /// Where T gives up a bend, has negative weights, or a cell was refined beside one that was coarsened in the same
-/// change, M_c is not Pᵀ M_f 1: the momentum left over is then shared among the moved nodes, and the kinetic energy is
-/// bounded only by what the ledger says. So it is in cells that are filled in part, whose children know better where
-/// the mass is. There refinement keeps the fields and not the momentum, since the same velocities carry other masses;
-/// the ledger says by how much. Nodes without mass have the old field's velocity.
-/// `time` [s]: of the state; only the ledger's elastic energy of moving springs asks for it.
+/// change, M_c is not Pᵀ M_f 1: the momentum left over is then shared among the moved nodes, where cells were only
+/// coarsened the angular momentum (at rest positions, about the centre of mass) too, and the kinetic energy is bounded
+/// only by what the ledger says. So it is in cells that are filled in part, whose children know better where the mass
+/// is. Where such cells are refined, the same velocities carry other masses; what that loses is shared among the new
+/// nodes that depend on them, and only theirs is not the old field. Uniform motion stays uniform. Nodes without mass
+/// have the old field's velocity. `time` [s]: of the state; only the ledger's elastic energy of moving springs asks for
+/// it.
 TissueState transfer_state(const TissueMesh& from, const TissueState& state, const TissueMesh& to,
                            TransferLedger* ledger, double time = no_time);
 

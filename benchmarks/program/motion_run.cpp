@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <exception>
+#include <utility>
+
+#include "benchmarks/program/static_notes.hpp"
 
 namespace finegauge {
 namespace {
@@ -62,6 +65,8 @@ MotionRun run_motion(const Scene& scene, const MotionObserver& observer) {
       break;
     }
   }
+  const Tissue& tissue = simulation.tissue();  // where the body is at the end
+  for (std::string& note : cell_notes(scene, tissue.mesh.d.mesh, tissue.state.u)) run.notes.push_back(std::move(note));
   run.final_state = simulation.state();
   run.mesh_changes = simulation.mesh_changes();
   return run;

@@ -83,3 +83,61 @@ TEST_CASE("a scene in which nothing acts is noted, one with any load, force or d
   scene.supports[0].displacement = {0.0, 0.0, 1.0};
   CHECK(noted());
 }
+
+TEST_CASE("standard dilatation is noted from where it locks, and on tetrahedra mean dilatation too", "[notes]") {
+  Scene scene = block(Kinematics::corotational);
+  const bool tetrahedra = GENERATE(false, true);
+  if (tetrahedra) std::get<BoxMeshOptions>(scene.geometry).shape = CellShape::tetrahedron;
+  const auto noted = [&](double nu, Dilatation dilatation) {
+    scene.material.poisson_ratio = nu;
+    scene.material.dilatation = dilatation;
+    const Discretization d = discretization_of(scene);
+    return says(static_notes(scene, d, Eigen::Matrix3Xd::Zero(3, d.mesh.node_count())), "lock as");
+  };
+  CHECK_FALSE(noted(0.449, Dilatation::standard));
+  CHECK(noted(0.45, Dilatation::standard));
+  CHECK(noted(0.4999, Dilatation::standard));
+  CHECK_FALSE(noted(0.449, Dilatation::mean));
+  CHECK(noted(0.4999, Dilatation::mean) == tetrahedra);
+}
+
+TEST_CASE(
+    "one cell through a body that bends is noted for mean dilatation, not where two share the depth, or nothing "
+    "bends",
+    "[notes]") {
+  Scene scene = block(Kinematics::corotational);
+  BoxMeshOptions& box = std::get<BoxMeshOptions>(scene.geometry);
+  box.size = {4.0, 2.0, 0.5};
+  box.cells = {4, 2, 1};
+  scene.material.dilatation = Dilatation::mean;
+  const std::string words = "reach through the body";
+  const auto noted = [&](const auto& field) {
+    const Discretization d = discretization_of(scene);
+    Eigen::Matrix3Xd u(3, d.mesh.node_count());
+    for (int node = 0; node < d.mesh.node_count(); ++node) u.col(node) = field(Eigen::Vector3d(d.mesh.nodes.col(node)));
+    return says(static_notes(scene, d, u), words);
+  };
+  // About the middle of the depth, z = 1.25; turned by a right angle besides.
+  const auto bent = [&](double curvature, double stretched) {
+    return [=](const Eigen::Vector3d& X) -> Eigen::Vector3d {
+      const Eigen::Vector3d x(X.x() + stretched * X.x() - curvature * (X.z() - 1.25) * X.x(), X.y(),
+                              X.z() + 0.5 * curvature * X.x() * X.x());
+      return Eigen::Vector3d(-x.y(), x.x(), x.z()) - X;
+    };
+  };
+  CHECK(noted(bent(1e-3, 0.0)));
+  CHECK(noted(bent(1e-3, 2e-4)));
+  CHECK_FALSE(noted(bent(1e-3, 3e-3)));  // pulled more than bent
+  CHECK_FALSE(noted(bent(0.0, 1e-2)));
+  CHECK_FALSE(noted(bent(0.0, 0.0)));
+  box.cells = {4, 2, 2};
+  CHECK_FALSE(noted(bent(1e-3, 0.0)));
+  box.cells = {4, 2, 1};
+  scene.material.dilatation = Dilatation::standard;
+  CHECK_FALSE(noted(bent(1e-3, 0.0)));
+  // A beam of one cell across: its inner cells reach through along two axes, its ends along no third.
+  box.cells = {4, 1, 1};
+  const Discretization d = discretization_of(scene);
+  CHECK(through_cells(d.mesh, Eigen::Matrix3Xd::Zero(3, d.mesh.node_count())).through == 8);
+  CHECK(through_cells(d.mesh, Eigen::Matrix3Xd::Zero(3, d.mesh.node_count())).bent == 0);
+}

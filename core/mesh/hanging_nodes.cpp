@@ -301,25 +301,36 @@ class Elimination {
     rows_.push_back(std::move(row));
   }
 
-  /// The equation's own node where it is still free; its row then names nodes of its base entity's closure only. Else,
-  /// of the nodes with a sizeable coefficient, rather one inside the body, then one of the base entity of higher
-  /// dimension, then one of smaller cells: a coarse corner stays free.
+  /// The equation's own node where it is still free; its row then names nodes of its base entity's closure only. Else
+  /// rather a node inside the body, then one of the base entity of higher dimension, and of these the one with the
+  /// largest coefficient: smaller ones would multiply round-off and give weights that extrapolate, negative ones among
+  /// them. Of coefficients that are equal but for round-off the node of smaller cells: a coarse corner stays free.
   int choose_pivot(int own) {
     double largest = 0.0;
     for (const Term& term : terms_) {
       if (term.node == own) return own;
       largest = std::max(largest, std::abs(term.value));
     }
+    std::pair<bool, int> kind(false, -1);
+    for (const Term& term : terms_)
+      if (std::abs(term.value) >= 0.01 * largest) kind = std::max(kind, kind_of(term.node));
+    largest = 0.0;
+    for (const Term& term : terms_)
+      if (kind_of(term.node) == kind) largest = std::max(largest, std::abs(term.value));
     if (coarsest_.empty()) find_coarsest_cells();
     int pivot = -1;
     for (const Term& term : terms_)
-      if (std::abs(term.value) >= 0.01 * largest && (pivot < 0 || rank(term.node) > rank(pivot))) pivot = term.node;
+      if (kind_of(term.node) == kind && std::abs(term.value) >= (1.0 - 1e-9) * largest &&
+          (pivot < 0 || rank(term.node) > rank(pivot)))
+        pivot = term.node;
     return pivot;
   }
-  /// Larger: rather eliminated.
-  std::tuple<bool, int, double, int> rank(int node) const {
-    return {!mesh_.on_boundary[node], entity_dimension(mesh_.identities[node]), -coarsest_[node], node};
+  /// Larger: rather eliminated, whatever the coefficients.
+  std::pair<bool, int> kind_of(int node) const {
+    return {!mesh_.on_boundary[node], entity_dimension(mesh_.identities[node])};
   }
+  /// The same of equal coefficients.
+  std::pair<double, int> rank(int node) const { return {-coarsest_[node], node}; }
 
   /// Whether the terms, as the row of a node on the boundary or in a region, name nodes of its face or edge of the base
   /// only.

@@ -47,7 +47,11 @@ void check_surface(const TriangleSurface& surface) {
   }
 }
 
-/// Lower corner and number of cells. A layer no thicker than least_base_share is not worth a lattice cell.
+/// By how much of a cell the surface may stick out of its lattice: a layer of that thickness weighs nothing.
+constexpr double lattice_round_off = 1e-6;
+
+/// Lower corner and number of cells; throws where the lattice would be empty or miss the surface. A layer no thicker
+/// than least_base_share is not worth a lattice cell.
 void place_lattice(const BoundingBox& around, const ImmersedMeshOptions& options, ImmersedBody& body) {
   double count = 1.0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -78,6 +82,15 @@ void place_lattice(const BoundingBox& around, const ImmersedMeshOptions& options
       throw std::invalid_argument(message.str());
     }
     body.origin[axis] = start + first * h;
+    // A cell is lost in the round-off of its planes' distance from a far origin.
+    const double below = (lower - body.origin[axis]) / h, above = (upper - body.origin[axis]) / h;
+    if (!(last - first >= 1.0 && below >= -lattice_round_off && above <= last - first + lattice_round_off)) {
+      message << "origin along " << axis_names[axis] << " is " << start << " m, " << std::abs(lower - start) / h
+              << " cells of " << h
+              << " m from the surface, but so far off rounding leaves no lattice around it; at most "
+              << "some 1e9 cells";
+      throw std::invalid_argument(message.str());
+    }
     body.cell_size[axis] = h;
     body.lattice_cells[axis] = static_cast<int>(last - first);
   }

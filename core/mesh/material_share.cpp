@@ -5,38 +5,13 @@
 #include <cmath>
 #include <optional>
 
+#include "core/mesh/clipped_polygon.hpp"
+
 namespace finegauge {
 namespace {
 
-/// A convex polygon: a triangle and what six cuts add, a corner each. The column starts at (0, 0), the box at z = 0.
-struct Polygon {
-  std::array<Eigen::Vector3d, 9> corners;
-  int count = 0;
-
-  void add(const Eigen::Vector3d& corner) { corners[count++] = corner; }
-};
-
-/// The point of the segment on the plane x[axis] = at; from its lower to its higher end, whoever asks.
-Eigen::Vector3d cut_point(const Eigen::Vector3d& a, const Eigen::Vector3d& b, int axis, double at) {
-  const Eigen::Vector3d &low = a[axis] < b[axis] ? a : b, &high = a[axis] < b[axis] ? b : a;
-  Eigen::Vector3d cut = low + (at - low[axis]) / (high[axis] - low[axis]) * (high - low);
-  cut[axis] = at;
-  return cut;
-}
-
-enum class Side { above, below };
-
-/// The part of the polygon on one side of the plane x[axis] = at (Sutherland & Hodgman 1974).
-Polygon clipped(const Polygon& polygon, int axis, Side side, double at) {
-  const auto keeps = [&](const Eigen::Vector3d& x) { return side == Side::above ? x[axis] >= at : x[axis] <= at; };
-  Polygon part;
-  for (int c = 0; c < polygon.count; ++c) {
-    const Eigen::Vector3d &from = polygon.corners[c], &to = polygon.corners[c + 1 < polygon.count ? c + 1 : 0];
-    if (keeps(from)) part.add(from);
-    if (keeps(from) != keeps(to)) part.add(cut_point(from, to, axis, at));
-  }
-  return part;
-}
+/// The column starts at (0, 0), the box at z = 0.
+using Polygon = ClippedPolygon;
 
 /// ∫ n_z dA and ∫ z n_z dA.
 struct Flux {

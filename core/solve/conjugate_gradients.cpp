@@ -10,7 +10,7 @@ SolveReport conjugate_gradients(const ConjugateGradientParts& parts, const Eigen
   // Not by a structured binding: clang before 16 lets no lambda refer to one.
   Eigen::VectorXd &r = vectors.r, &z = vectors.z, &p = vectors.p, &Ap = vectors.Ap;
   SolveReport report;
-  double residual = 0.0, rz = 0.0, last_checked = INFINITY;
+  double residual = 0.0, rz = 0.0, alpha = 0.0, last_checked = INFINITY;
   bool checked = false;  // r is b - A x and not its recursion
   const auto check = [&] {
     parts.apply(x, Ap);
@@ -18,9 +18,13 @@ SolveReport conjugate_gradients(const ConjugateGradientParts& parts, const Eigen
     residual = r.squaredNorm();
     checked = true;
   };
+  const auto settled = [&] {
+    if (report.iterations < rules.least_iterations) return false;
+    return !parts.settled || (report.iterations > 0 && parts.settled(alpha * p));
+  };
   check();
   while (std::isfinite(residual)) {
-    if (residual <= rules.squared_residual && (report.iterations >= rules.least_iterations || residual == 0.0)) {
+    if (residual <= rules.squared_residual && (residual == 0.0 || settled())) {
       if (!checked) check();
       if (residual <= rules.squared_residual) {
         report.converged = true;
@@ -48,7 +52,7 @@ SolveReport conjugate_gradients(const ConjugateGradientParts& parts, const Eigen
     parts.apply(p, Ap);
     const double pAp = p.dot(Ap);
     if (!(pAp > 0.0)) break;
-    const double alpha = rz / pAp;
+    alpha = rz / pAp;
     if (!std::isfinite(alpha)) break;
     x += alpha * p;
     r -= alpha * Ap;
@@ -61,14 +65,14 @@ SolveReport conjugate_gradients(const ConjugateGradientParts& parts, const Eigen
 }
 
 SolveReport conjugate_gradients(const BlockMatrix<double>& A, const Eigen::VectorXd& b, const Preconditioner& M,
-                                const IterationLimits& limits, Eigen::VectorXd& x) {
+                                const IterationLimits& limits, Eigen::VectorXd& x, const Settled& settled) {
   const double b_squared = b.squaredNorm();
   if (b_squared == 0.0) {
     x.setZero(b.size());
     return {true, 0, 0.0};
   }
   const ConjugateGradientParts parts = {
-      [&A](const Eigen::VectorXd& y, Eigen::VectorXd& Ay) { multiply(A, y, Ay); }, M, {}};
+      [&A](const Eigen::VectorXd& y, Eigen::VectorXd& Ay) { multiply(A, y, Ay); }, M, {}, settled};
   ConjugateGradientRules rules;
   rules.squared_residual = limits.relative_residual * limits.relative_residual * b_squared;
   rules.iterations = limits.iterations;

@@ -16,9 +16,14 @@ struct IterationLimits {
   int iterations = 1000;
 };
 
+/// Whether x may stay as it is, by how the last iteration changed it. Conjugate gradients change x by about its error
+/// before the iteration where they converge fast (the delay of one of Strakoš & Tichý 2002, in any measure of x).
+using Settled = std::function<bool(const Eigen::VectorXd& change)>;
+
 /// Preconditioned conjugate gradients from the x given. Reports non-convergence and breakdown; never throws for them.
+/// With `settled` x is the solution only where that agrees too.
 SolveReport conjugate_gradients(const BlockMatrix<double>& A, const Eigen::VectorXd& b, const Preconditioner& M,
-                                const IterationLimits& limits, Eigen::VectorXd& x);
+                                const IterationLimits& limits, Eigen::VectorXd& x, const Settled& settled = {});
 
 // The same iteration with its parts given: an operator that is no matrix, a preconditioner that is renewed on the way.
 
@@ -29,6 +34,9 @@ struct ConjugateGradientParts {
   /// Asked before every iteration with the number of those done; may be empty. Renewed: M is another from here on, and
   /// the iteration starts afresh from the x it has. Failed: it ends.
   std::function<Renewal(int iterations)> renew;
+  /// Asked where the residual suffices; may be empty. A start is not asked about and does not suffice by itself, unless
+  /// b - A x is zero.
+  Settled settled;
 };
 struct ConjugateGradientRules {
   /// ‖b - A x‖² at which x is the solution. A square, as all that decides: in units scaled by powers of two squares are

@@ -122,7 +122,8 @@ struct StepSolver::State {
   SolveReport iterate(const Eigen::VectorXd& b, double reference, Eigen::VectorXd& x) {
     const ConjugateGradientParts parts = {[this](const Eigen::VectorXd& y, Eigen::VectorXd& Ay) { apply(y, Ay); },
                                           [this](const Eigen::VectorXd& r, Eigen::VectorXd& z) { precondition(r, z); },
-                                          [this](int iterations) { return renew(iterations); }};
+                                          [this](int iterations) { return renew(iterations); },
+                                          {}};
     ConjugateGradientRules rules;
     rules.squared_residual =
         options.linear.relative_residual * options.linear.relative_residual * reference * reference;

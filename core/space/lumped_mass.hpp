@@ -14,8 +14,8 @@ namespace finegauge {
 /// are; a finer mesh, whose cells have shares of their own, knows better where in the cell the mass is, so there the
 /// adjointness does not hold. A node whose cells have no material has no mass: zero, exactly.
 ///
-/// Where T has negative weights (some meetings of unlike templates extrapolate from one side of a face to the other;
-/// nested halves, thirds and 2x3x3 were never seen to) a row sum may cancel or turn negative. The cells of a node that
+/// Where T has negative weights (six of 200,000 random forests of all templates have some, down to -1/3; nested halves,
+/// thirds and 2x3x3 were never seen to) a row sum may cancel or turn negative. The cells of a node that
 /// keeps less than `least_share` of the sum of its contributions' magnitudes are lumped by diagonal scaling instead
 /// (Hinton, Rock & Zienkiewicz 1976): the cell's mass is shared as ∫ φ_i² over the cell. Every mass beside material is
 /// positive then and the total is kept, but there the adjointness holds no more.

@@ -256,3 +256,33 @@ TEST_CASE("a preconditioner that is renewed on the way is used from there, and o
   CHECK(report.iterations == 3);
   CHECK(vectors.r == b - Ax);
 }
+
+TEST_CASE("a small residual is no end while the last iteration changed x too much, and a start is asked for one",
+          "[cg]") {
+  const Chain chain(40, 1.0);
+  const Eigen::VectorXd b = random_vector_of(120, 1);
+  Eigen::VectorXd before = Eigen::VectorXd::Zero(120), x = before;
+  double largest = 0.0;
+  int asked = 0;
+  const Settled settled = [&](const Eigen::VectorXd& change) {
+    CHECK((x - before - change).norm() <= 1e-14 * x.norm());
+    before = x;
+    ++asked;
+    largest = change.norm();
+    return largest <= 1e-9;
+  };
+  // From the first iteration on the residual suffices.
+  const SolveReport report = conjugate_gradients(chain.A, b, identity, {1e3, 1000}, x, settled);
+  CHECK(report.converged);
+  CHECK(asked == report.iterations);
+  CHECK(largest <= 1e-9);
+  CHECK(report.relative_residual < 1e-9);
+  const int iterations = report.iterations;
+  CHECK(iterations > 20);
+  const SolveReport again = conjugate_gradients(chain.A, b, identity, {1e3, 1000}, x, settled);
+  CHECK(again.converged);
+  CHECK(again.iterations == 1);
+  const SolveReport never =
+      conjugate_gradients(chain.A, b, identity, {1e3, 30}, x, [](const Eigen::VectorXd&) { return false; });
+  CHECK_FALSE(never.converged);
+}

@@ -188,6 +188,19 @@ TEST_CASE("what is no body or no lattice is refused in words", "[immersed]") {
   CHECK_THAT(refusal(broken, tenths), ContainsSubstring("times its volume"));
 }
 
+TEST_CASE("an origin so far off that rounding leaves no lattice around the body is refused", "[immersed]") {
+  const auto refusal_at = [](double origin) {
+    return refusal(icosphere(2, 0.3), {Vector3d::Constant(0.1), Vector3d(0.0, origin, 0.0)});
+  };
+  for (const double origin : {0.0, -1e3, 1e6}) CHECK(refusal_at(origin) == "accepted");
+  for (const double origin : {1e15, 1e16, -1e17, 1e40, 1e300}) {
+    CAPTURE(origin);
+    const std::string words = refusal_at(origin);
+    CHECK(words.find("origin along y is ") == 0);
+    CHECK(words.find("rounding leaves no lattice around it") != std::string::npos);
+  }
+}
+
 TEST_CASE("vertices that no triangle uses and vertices given twice change nothing", "[immersed]") {
   const TriangleSurface ball = icosphere(4, 0.5, {0.1, 0.2, 0.3});
   TriangleSurface soup;  // each triangle with corners of its own, and a stray vertex that is not a number

@@ -92,15 +92,23 @@ TEST_CASE("the mass of a coarser mesh is the adjoint interpolation of that of a 
 
 TEST_CASE("where weights of T are negative, row sums may be too, and the scaled diagonal keeps mass and sign",
           "[lumped_mass][hanging]") {
-  // Found among 3,000 random forests of all templates: 8 have negative weights, and in 3 of them row sums are negative.
-  const unsigned seed = GENERATE(1549u, 1762u, 2022u);
+  // Random forests have such weights once in some 30,000, and too small ones to turn a row sum; here a hanging node is
+  // told to extrapolate from two of its masters, as the interpolation of a point outside of them would.
+  const unsigned seed = GENERATE(1u, 2u, 4u);
   CAPTURE(seed);
   std::mt19937 generator(seed);
   BoxMeshOptions options;
   options.cells = {2, 2, 1};
   RefinementForest forest(scrambled(distorted_box(options, 0.1, generator), generator));
   refine_randomly(forest, {all_templates(), 12, 3, 300}, generator);
-  const Discretization d = discretize(forest, {}, {});
+  Discretization d = discretize(forest, {}, {});
+  REQUIRE(d.hanging.hanging_count() > 20);
+  for (int node = 0; node < d.hanging.node_count(); ++node) {
+    const int first = d.hanging.row_start[node];
+    if (!d.hanging.hangs(node) || d.hanging.row_start[node + 1] < first + 2 || generator() % 3 != 0) continue;
+    d.hanging.weight[first] += 4.0;
+    d.hanging.weight[first + 1] -= 4.0;
+  }
   REQUIRE(smallest_weight(d.hanging) < -0.1);
   const std::vector<int> scaled = cells_with_scaled_mass(d);
   REQUIRE(!scaled.empty());

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/mesh/clipped_polygon.hpp"
 #include "core/mesh/refinement_forest.hpp"
 #include "verification/support/catch.hpp"
 #include "verification/support/closed_surfaces.hpp"
@@ -380,4 +381,34 @@ TEST_CASE("children share what their parent has, whatever the templates", "[imme
       CHECK_THAT(volume, WithinRel(enclosed_volume(surface), 1e-12));
     }
   }
+}
+
+TEST_CASE("a cut by a plane adds one corner at most, however coordinates are rounded", "[immersed][share]") {
+  // Corners on few planes, so that edges lie in the planes that cut, or miss them by a rounding.
+  std::mt19937 generator(6);
+  const auto coordinate = [&] { return (static_cast<int>(generator() % 7) - 3) / (generator() % 2 == 0 ? 3.0 : 7.0); };
+  int cut = 0, most = 0, beyond = 0, too_many = 0;
+  for (int trial = 0; trial < 200000; ++trial) {
+    ClippedPolygon polygon;
+    for (int c = 0; c < 3; ++c) polygon.add({coordinate(), coordinate(), coordinate()});
+    Vector3d low = polygon.corners[0], high = low;
+    for (int c = 1; c < 3; ++c) {
+      low = low.cwiseMin(polygon.corners[c]);
+      high = high.cwiseMax(polygon.corners[c]);
+    }
+    for (int plane = 0; plane < 6 && polygon.count > 0; ++plane) {
+      const int axis = static_cast<int>(generator() % 3);
+      const ClippedPolygon part = clipped(polygon, axis, plane % 2 == 0 ? Side::above : Side::below, coordinate());
+      cut += part.count > polygon.count;
+      too_many += part.count > polygon.count + 1;
+      most = std::max(most, part.count);
+      for (int c = 0; c < part.count; ++c)
+        beyond += (part.corners[c].array() < low.array()).any() || (part.corners[c].array() > high.array()).any();
+      polygon = part;
+    }
+  }
+  CHECK(cut > 10000);
+  CHECK(most >= 6);
+  CHECK(too_many == 0);
+  CHECK(beyond == 0);
 }

@@ -1,10 +1,13 @@
 #include "core/scene/surface_check.hpp"
 
+#include <cmath>
 #include <numbers>
+#include <random>
 #include <string>
 
 #include "core/scene/scene_error.hpp"
 #include "core/scene/surface_defects.hpp"
+#include "core/scene/surface_intersections.hpp"
 #include "core/scene/surface_shells.hpp"
 #include "verification/support/catch.hpp"
 #include "verification/support/surface_samples.hpp"
@@ -51,7 +54,73 @@ TriangleSurface cube() {
   return surface;
 }
 
+/// A prism over a circle of n corners; each cap is a fan around one of its corners.
+TriangleSurface fan_prism(int n, double height) {
+  TriangleSurface surface;
+  surface.vertices.resize(3, 2 * n);
+  for (int i = 0; i < n; ++i) {
+    const double angle = 2.0 * std::numbers::pi * i / n;
+    surface.vertices.col(i) = Eigen::Vector3d(std::cos(angle), std::sin(angle), 0.0);
+    surface.vertices.col(n + i) = Eigen::Vector3d(std::cos(angle), std::sin(angle), height);
+    const int next = (i + 1) % n;
+    surface.triangles.push_back({i, next, n + next});
+    surface.triangles.push_back({i, n + next, n + i});
+  }
+  for (int i = 1; i + 1 < n; ++i) {
+    surface.triangles.push_back({0, i + 1, i});
+    surface.triangles.push_back({n, n + i, n + i + 1});
+  }
+  return surface;
+}
+
+/// Each with each, by the exact decision of a search that knows of these two alone.
+std::vector<std::array<int, 2>> all_intersections(const TriangleSurface& surface) {
+  std::vector<std::array<int, 2>> pairs;
+  for (int a = 0; a < surface.triangle_count(); ++a)
+    for (int b = a + 1; b < surface.triangle_count(); ++b) {
+      const TriangleSurface two{
+          surface.vertices,
+          {surface.triangles[static_cast<std::size_t>(a)], surface.triangles[static_cast<std::size_t>(b)]}};
+      if (!intersecting_triangles(two, 1).pairs.empty()) pairs.push_back({a, b});
+    }
+  return pairs;
+}
+
 }  // namespace
+
+TEST_CASE("of fans of thousands few pairs are decided, in proportion to their triangles", "[surface][check]") {
+  const double height = GENERATE(1.0, 1e-3);
+  for (const int n : {500, 2000, 8000}) {
+    CAPTURE(n, height);
+    const TriangleSurface surface = fan_prism(n, height);
+    const Intersections found = intersecting_triangles(surface, 10);
+    CHECK(found.pairs.empty());
+    // Each triangle of the wall has some dozen neighbours; each with each would be 4 n² pairs.
+    CHECK(found.decided >= surface.triangles.size());
+    CHECK(found.decided <= 25 * surface.triangles.size());
+  }
+  CHECK(check_surface(fan_prism(500, height), "").notes.empty());
+}
+
+TEST_CASE("intersections are those of each triangle with each, fans and slivers among them", "[surface][check]") {
+  const int seed = GENERATE(range(1, 9));
+  CAPTURE(seed);
+  std::mt19937 generator(static_cast<unsigned>(seed));
+  TriangleSurface surface = seed % 2 == 0 ? fan_prism(60, 0.02) : octasphere(2, 1.0, {0.3, 0, 0});
+  // Vertices that leave their place, some along the rim, some across the body.
+  std::uniform_real_distribution<double> shift(-1.0, 1.0);
+  for (int v = 0; v < surface.vertices.cols(); ++v)
+    if (generator() % 3 == 0)
+      for (int axis = 0; axis < 3; ++axis) surface.vertices(axis, v) += (seed % 2 == 0 ? 0.1 : 0.6) * shift(generator);
+  const std::vector<std::array<int, 2>> expected = all_intersections(surface);
+  REQUIRE(!expected.empty());
+  const Intersections found = intersecting_triangles(surface, 100000);
+  CHECK(found.pairs == expected);
+  CHECK(found.all);
+  const Intersections some = intersecting_triangles(surface, expected.size() - 1);
+  CHECK_FALSE(some.all);
+  CHECK(some.pairs.size() == expected.size() - 1);
+}
 
 TEST_CASE("a sound surface passes unchanged and without a note", "[surface][check]") {
   const TriangleSurface given = octasphere(3, 0.1, {5.0, 0.0, -2.0});
