@@ -198,8 +198,8 @@ InsertionReport advance_frame(const InsertionProblem& problem, Insertion& insert
   // Where the frame's constraints act, before transitions move the points.
   const bool releases = motion.adapt && motion.adapt->release > 1;
   if (releases) insertion.contacts.copy_places(insertion.places);
-  insertion.contacts.end_step(problem.needle, insertion.needle, view(tissue), step.interaction.points, tissue.time,
-                              tau);
+  insertion.contacts.end_step(problem.needle, insertion.needle, view(tissue), step.interaction.points, tissue.time, tau,
+                              problem.interaction.tolerance * reference_speed(problem));
   frame.times.contact_ms += watch.lap();
 
   EnergyLedger& energy = insertion.energy;

@@ -11,6 +11,8 @@ namespace {
 constexpr const char* no_tolerance = "the scene asks for no tolerance";
 constexpr const char* no_adapt = "the scene's mesh does not adapt";
 constexpr const char* no_energy = "an error without energy";
+constexpr const char* not_of_body = "the scene asks for no tolerance of the whole body's error";
+constexpr const char* not_of_cells = "the scene asks for no tolerance of the worst cell's error";
 
 bool asks_for_tolerance(const Scene& scene) {
   return scene.dynamics->adapt && asks_for_tolerance(*scene.dynamics->adapt);
@@ -28,8 +30,9 @@ void put_tolerance(const Scene& scene, const FrameReport& frame, Json& row) {
 
 Json tolerance_summary(const Scene& scene, const MotionRun& run) {
   Json tolerance = Json::object();
-  int asked = 0, met = 0, by_depth = 0, by_dofs = 0;
+  int asked = 0, met = 0, by_depth = 0, by_dofs = 0, global_met = 0, local_met = 0;
   double worst = 0.0;
+  const FrameAdaptRules rules = scene.dynamics->adapt.value_or(FrameAdaptRules{});
   for (const MotionFrame& frame : run.frames) {
     const FrameReport& f = frame.report.frame;
     if (f.at_rest) continue;
@@ -38,11 +41,15 @@ Json tolerance_summary(const Scene& scene, const MotionRun& run) {
     by_depth += !f.tolerance_met && f.limit == AdaptLimit::depth;
     by_dofs += !f.tolerance_met && f.limit == AdaptLimit::dofs;
     worst = larger(worst, f.tolerance_ratio);
+    global_met += f.eta && *f.eta <= rules.tolerance;
+    local_met += f.eta_local_max && *f.eta_local_max <= rules.local_tolerance;
   }
   const bool known = asks_for_tolerance(scene);
   const char* why_not = known ? "the body was at rest in all frames" : no_tolerance;
   put(tolerance, "asked_frames", known, asked, why_not);
   put(tolerance, "met_frames", known, met, why_not);
+  put(tolerance, "global_met_frames", known && rules.tolerance > 0.0, global_met, known ? not_of_body : why_not);
+  put(tolerance, "local_met_frames", known && rules.local_tolerance > 0.0, local_met, known ? not_of_cells : why_not);
   put(tolerance, "share", known && asked > 0, asked > 0 ? static_cast<double>(met) / asked : 0.0, why_not);
   put(tolerance, "worst", known && asked > 0 && std::isfinite(worst), worst, known && asked > 0 ? no_energy : why_not);
   put(tolerance, "frames_limited_by_depth", known, by_depth, why_not);

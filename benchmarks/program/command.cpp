@@ -100,7 +100,7 @@ void use_one_blas_thread() {
 
 int finish(ResultDocument& document, const CommonOptions& options, const std::filesystem::path& directory,
            const Progress& progress) {
-  document.environment.seconds = progress.seconds();
+  if (document.environment.seconds == 0.0) document.environment.seconds = progress.seconds();  // else of the parts
   const int signal = interrupt_signal();
   if (signal) document.summary["interrupted"] = true;
   write_result(document, directory);

@@ -1,17 +1,16 @@
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
-#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
 
+#include "benchmarks/program/atlas_result.hpp"
 #include "benchmarks/program/atomic_file.hpp"
 #include "benchmarks/program/command.hpp"
 #include "benchmarks/program/interrupt.hpp"
-#include "benchmarks/program/safe_box_picture.hpp"
+#include "benchmarks/program/shard.hpp"
 #include "verification/studies/atlas.hpp"
 
 namespace finegauge {
@@ -25,23 +24,6 @@ struct AtlasCommand {
   bool resume = false;
   CommonOptions common;
 };
-
-/// Every N-th job, from the I-th on; I from 1 to N.
-struct Shard {
-  int number = 1, of = 1;
-};
-
-Shard parse_shard(const std::string& text) {
-  if (text.empty()) return {};
-  Shard shard;
-  const char *first = text.data(), *last = text.data() + text.size();
-  const auto number = std::from_chars(first, last, shard.number);
-  const bool slash = number.ec == std::errc() && number.ptr != last && *number.ptr == '/';
-  const auto of = slash ? std::from_chars(number.ptr + 1, last, shard.of) : number;
-  if (!slash || of.ec != std::errc() || of.ptr != last || !(shard.number >= 1 && shard.number <= shard.of))
-    throw UsageError("--shard " + text + ": expected I/N, whole numbers with 1 <= I <= N");
-  return shard;
-}
 
 /// The axes asked for, each once, in the order of the atlas.
 std::vector<const AtlasAxis*> chosen_axes(const std::vector<std::string>& names) {
@@ -58,31 +40,6 @@ std::vector<const AtlasAxis*> chosen_axes(const std::vector<std::string>& names)
   return chosen;
 }
 
-std::string file_name(const AtlasAxis& axis, const AtlasPoint& point) {
-  return axis.name + "_" + brief_number(point.value) + ".toml";
-}
-
-Json to_json(const AtlasAxis& axis, const AtlasPoint& point) {
-  Json row = {{"axis", axis.name}, {"value", point.value}, {"ok", point.ok}, {"refused", point.refused}};
-  row["measure"] = point.measure;
-  if (!std::isfinite(point.measure)) row["measure_reason"] = point.why;
-  row["why"] = point.why;
-  return row;
-}
-
-Json to_json(const std::optional<AtlasRange>& range) {
-  const double none = std::numeric_limits<double>::quiet_NaN();
-  return {{"low", range ? range->low : none}, {"high", range ? range->high : none}};
-}
-
-/// Limits must not shrink.
-void add_checks(const AtlasAxis& axis, const std::string& what, const std::optional<AtlasRange>& found,
-                const AtlasRange& asked, const std::vector<AtlasPoint>& tried, Json& checks) {
-  const double none = std::numeric_limits<double>::quiet_NaN();
-  checks.push_back(check(axis.name + "." + what + ".low", found ? found->low : none, tried.front().value, asked.low));
-  checks.push_back(check(axis.name + "." + what + ".high", found ? found->high : none, asked.high, tried.back().value));
-}
-
 /// What an interrupted or killed run of the same kind left behind, by axis and value.
 using Finished = std::map<std::pair<std::string, double>, AtlasPoint>;
 Finished read_finished(const std::filesystem::path& file, const ResultDocument& document) {
@@ -95,30 +52,10 @@ Finished read_finished(const std::filesystem::path& file, const ResultDocument& 
     if (old.at("environment").at(key) != now.at("environment").at(key))
       throw UsageError("--resume: " + file.string() + " is of another build of the program, by its " + key);
   for (const Json& row : old.at("rows")) {
-    AtlasPoint point;
-    point.value = row.at("value").get<double>();
-    point.ok = row.at("ok").get<bool>();
-    point.refused = row.at("refused").get<bool>();
-    point.measure =
-        row.at("measure").is_number() ? row.at("measure").get<double>() : std::numeric_limits<double>::quiet_NaN();
-    point.why = row.at("why").get<std::string>();
+    const AtlasPoint point = atlas_point(row);
     finished[{row.at("axis").get<std::string>(), point.value}] = point;
   }
   return finished;
-}
-
-std::string range_text(const std::optional<AtlasRange>& range) {
-  return range ? brief_number(range->low) + " to " + brief_number(range->high) : "none";
-}
-
-void print_row(const SafeBoxRow& row) {
-  const AtlasAxis& axis = *row.axis;
-  std::printf("%-36s answered %-18s sound %-18s%s\n", axis.name.c_str(), range_text(row.found.answered).c_str(),
-              range_text(row.found.safe).c_str(), axis.unit.empty() ? "" : (" [" + axis.unit + "]").c_str());
-  std::printf("  %s; against %s\n", axis.about.c_str(), axis.truth.c_str());
-  std::printf("  %s\n", axis.reason.c_str());
-  for (const AtlasPoint& point : row.found.first_failing)
-    std::printf("  FAILS at %s: %s\n", brief_number(point.value).c_str(), point.why.c_str());
 }
 
 /// Scenes of the first failing points, and the files that they read. A point that was resumed has lost its scene, and
@@ -126,7 +63,7 @@ void print_row(const SafeBoxRow& row) {
 Json save_failing(const SafeBoxRow& row, double seconds, const std::filesystem::path& directory) {
   Json saved = Json::array();
   for (AtlasPoint point : row.found.first_failing) {
-    const std::filesystem::path file = directory / file_name(*row.axis, point);
+    const std::filesystem::path file = directory / atlas_scene_name(*row.axis, point);
     if (point.scene.empty() && !std::filesystem::exists(file))
       if (const auto again = try_value_apart(*row.axis, point.value, seconds)) point = *again;
     if (!point.scene.empty()) {
@@ -135,6 +72,7 @@ Json save_failing(const SafeBoxRow& row, double seconds, const std::filesystem::
     }
     Json entry = {{"axis", row.axis->name}, {"value", point.value}, {"why", point.why}};
     if (std::filesystem::exists(file)) entry["scene"] = file.filename().string();
+    for (const AtlasFile& part : point.files) entry["files"].push_back(part.name);  // that the scene reads
     saved.push_back(entry);
   }
   return saved;
@@ -160,13 +98,15 @@ int atlas(const AtlasCommand& asked) {
 
   std::size_t jobs = 0, job = 0;
   for (const AtlasAxis* axis : axes) jobs += atlas_values(*axis, options.full).size();
+  // First, so that a part that was killed can be told from one that is whole.
+  document.summary["jobs"] = jobs;
+  if (shard.of > 1) document.summary["shard"] = std::to_string(shard.number) + "/" + std::to_string(shard.of);
   std::vector<SafeBoxRow> rows;
   bool whole = shard.of == 1;
   for (const AtlasAxis* axis : axes) {
     std::vector<AtlasPoint> points;
     for (const double value : atlas_values(*axis, options.full)) {
-      const auto number = static_cast<int>(job++ % static_cast<std::size_t>(shard.of));
-      if (number != shard.number - 1) continue;
+      if (!shard.has(job++)) continue;
       progress.update(static_cast<double>(job) / static_cast<double>(jobs), axis->name + " = " + brief_number(value));
       std::optional<AtlasPoint> point;
       if (const auto done = finished.find({axis->name, value}); done != finished.end())
@@ -177,7 +117,7 @@ int atlas(const AtlasCommand& asked) {
         whole = false;
         continue;
       }
-      document.rows.push_back(to_json(*axis, *point));
+      document.rows.push_back(atlas_row(*axis, *point));
       points.push_back(std::move(*point));
       if (!finished.contains({axis->name, value})) write_result(document, directory);  // a kill loses one value at most
     }
@@ -185,26 +125,16 @@ int atlas(const AtlasCommand& asked) {
   }
   progress.clear();
 
-  if (shard.of > 1) document.summary["shard"] = asked.shard;
   Json failing = Json::array();
+  summarize_axes(rows, whole, document);
   for (const SafeBoxRow& row : rows) {
     for (const Json& entry : save_failing(row, seconds, directory)) failing.push_back(entry);
-    const AtlasAxis& axis = *row.axis;
-    document.summary["axes"][axis.name] = {{"unit", axis.unit},     {"about", axis.about},   {"truth", axis.truth},
-                                           {"normal", axis.normal}, {"reason", axis.reason}, {"group", axis.group}};
-    if (!whole) continue;  // a part of the values says nothing of the limits
-    document.summary["safe"][axis.name] = to_json(row.found.safe);
-    document.summary["answered"][axis.name] = to_json(row.found.answered);
-    add_checks(axis, "safe", row.found.safe, axis.safe, row.found.points, document.checks);
-    add_checks(axis, "answered", row.found.answered, axis.answered, row.found.points, document.checks);
-    if (!options.json) print_row(row);
+    if (whole && !options.json) print_axis(row);
   }
   document.summary["first_failing"] = failing;
   document.summary["peak_memory_mb"] = peak_memory_mb();
   if (whole) {
-    std::string note = std::to_string(document.rows.size()) + " values on " + std::to_string(rows.size()) + " axes";
-    note += ", version " + document.environment.version + " (" + document.environment.commit + ")";
-    write_file_atomically(directory / "safe_box.svg", safe_box_svg(rows, note));
+    write_safe_box(rows, document, directory);
   } else {
     progress.note("not all values were tried: no limits, no picture");
   }

@@ -22,13 +22,13 @@ void add_help_command(CLI::App& program, int&) {
     } else {
       for (const PlannedCommand& planned : planned_commands())
         if (*topic == planned.name)
-          throw UsageError(*topic + " is not built yet; built are: list, run, reproduce, verify, atlas, help");
+          throw UsageError(*topic + " is not built yet; built are: list, run, reproduce, verify, atlas, merge, help");
       const std::vector<CLI::App*> commands = program.get_subcommands({});
       const auto found =
           std::ranges::find(commands, *topic, [](const CLI::App* candidate) { return candidate->get_name(); });
       if (found == commands.end())
         throw UsageError("help: no topic \"" + *topic +
-                         "\"; topics are: scene, list, run, reproduce, verify, atlas, help");
+                         "\"; topics are: scene, list, run, reproduce, verify, atlas, merge, help");
       text = (*found)->help("finegauge");
     }
     std::fputs(text.c_str(), stdout);

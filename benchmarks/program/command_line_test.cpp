@@ -138,7 +138,8 @@ clamping = 1
 
 TEST_CASE("every command explains itself with an example", "[command-line]") {
   const CommandLine shell;
-  for (const std::string arguments : {"--help", "list --help", "run --help", "reproduce --help", "help --help"}) {
+  for (const std::string arguments :
+       {"--help", "list --help", "run --help", "reproduce --help", "atlas --help", "merge --help", "help --help"}) {
     CAPTURE(arguments);
     const Outcome outcome = shell.run(arguments);
     CHECK(outcome.exit_code == 0);
@@ -154,12 +155,28 @@ TEST_CASE("bad usage and bad input end with code 2, a message, and nothing writt
   const CommandLine shell;
   shell.write("block.toml", block);
   shell.write("empty.toml", "");
-  for (const std::string arguments :
-       {"", "unknown", "run", "run --nonsense block.toml", "run missing.toml", "run empty.toml",
-        "run block.toml --set material.poisson_ratio=0.6", "run block.toml --set nonsense",
-        "run block.toml --threads 0", "run block.toml --set material.colour=3", "run block.toml --quick --full",
-        "run block.toml -o new --vtu 0", "reproduce nonsense -o new", "reproduce tjunctions", "verify nonsense",
-        "verify --quick", "atlas nonsense", "trade block.toml --rate 30", "help nonsense"}) {
+  for (const std::string arguments : {"",
+                                      "unknown",
+                                      "run",
+                                      "run --nonsense block.toml",
+                                      "run missing.toml",
+                                      "run empty.toml",
+                                      "run block.toml --set material.poisson_ratio=0.6",
+                                      "run block.toml --set nonsense",
+                                      "run block.toml --threads 0",
+                                      "run block.toml --set material.colour=3",
+                                      "run block.toml --quick --full",
+                                      "run block.toml -o new --vtu 0",
+                                      "reproduce nonsense -o new",
+                                      "reproduce tjunctions",
+                                      "verify nonsense",
+                                      "verify --quick",
+                                      "atlas nonsense",
+                                      "atlas --shard 3/2",
+                                      "merge missing -o new",
+                                      "reproduce lshape --shard 0/2",
+                                      "trade block.toml --rate 30",
+                                      "help nonsense"}) {
     CAPTURE(arguments);
     const Outcome outcome = shell.run(arguments);
     CHECK(outcome.exit_code == 2);
@@ -175,6 +192,91 @@ TEST_CASE("what is planned says that it is not built and what is", "[command-lin
   CHECK(outcome.err.find("not built yet") != std::string::npos);
   CHECK(outcome.err.find("reproduce") != std::string::npos);
   CHECK(outcome.err.find("finegauge: profile is not built yet") == 0);  // and the program is named once
+}
+
+TEST_CASE("the parts of a sweep join to what one run writes, and only those that fit together do", "[command-line]") {
+  const CommandLine shell;
+  const auto read = [&](const std::string& directory) {
+    return nlohmann::ordered_json::parse(CommandLine::content(shell.work() / directory / "atlas.json"));
+  };
+  const auto write = [&](const std::string& directory, const nlohmann::ordered_json& document) {
+    fs::create_directories(shell.work() / directory);
+    shell.write(directory + "/atlas.json", document.dump());
+  };
+  const std::string axes = "atlas auxetic half_turn_cell --quiet ";
+  REQUIRE(shell.run(axes + "-o whole").exit_code == 0);
+  for (const std::string part : {"1", "2", "3"})
+    REQUIRE(shell.run(axes + "--shard " + part + "/3 -o part_" + part).exit_code == 0);
+  REQUIRE(shell.run("merge part_3 part_1 part_2 part_1 -o joined").exit_code == 0);
+  const auto whole = read("whole"), joined = read("joined");
+  REQUIRE(whole["rows"].size() > 6);
+  REQUIRE(whole["rows"].size() % 3 != 0);  // parts of different sizes
+  for (const char* key : {"schema", "kind", "name", "quick", "inputs", "rows", "checks"}) {
+    CAPTURE(key);
+    CHECK(joined[key] == whole[key]);
+  }
+  for (const char* key : {"jobs", "axes", "safe", "answered", "first_failing"}) {
+    CAPTURE(key);
+    CHECK(joined["summary"][key] == whole["summary"][key]);
+  }
+  for (const char* file : {"atlas.csv", "safe_box.svg"})
+    CHECK(CommandLine::content(shell.work() / "joined" / file) == CommandLine::content(shell.work() / "whole" / file));
+  CHECK(joined["environment"]["commit"] == whole["environment"]["commit"]);
+  REQUIRE(joined["summary"]["parts"].size() == 3);
+  double seconds = 0.0;
+  for (const auto& part : joined["summary"]["parts"]) seconds += part["environment"]["seconds"].get<double>();
+  CHECK_THAT(joined["environment"]["seconds"].get<double>(), Catch::Matchers::WithinRel(seconds, 1e-12));
+
+  const auto part = read("part_2");
+  auto other = part;
+  other["environment"]["commit"] = "another";
+  write("of_another_commit", other);
+  (other = part)["rows"][0]["measure"] = 0.125;
+  write("with_another_number", other);
+  (other = part)["rows"].erase(0);
+  write("unfinished", other);
+  (other = part)["quick"] = true;
+  write("quick", other);
+  (other = part)["rows"][0] = read("part_1")["rows"][0];
+  write("with_a_row_of_part_1", other);
+  other = part;
+  std::swap(other["rows"][0], other["rows"][1]);
+  write("in_another_order", other);
+  struct Refused {
+    const char *parts, *words;
+  };
+  for (const auto& [parts, words] :
+       {Refused{"part_1 part_3", "found no part 2/3"}, Refused{"part_1 of_another_commit part_3", "commit"},
+        Refused{"part_1 part_2 part_3 with_another_number", "another row"},
+        Refused{"part_1 unfinished part_3", "--resume"}, Refused{"part_1 quick part_3", "quick"},
+        Refused{"part_1 with_a_row_of_part_1 part_3", "has too"},
+        Refused{"part_1 in_another_order part_3", "not in its place"}, Refused{"whole", "found a whole result"},
+        Refused{"part_1 .", "found 0 results"}}) {
+    CAPTURE(parts);
+    const Outcome refused = shell.run(std::string("merge ") + parts + " -o new");
+    CHECK(refused.exit_code == 2);
+    CAPTURE(refused.err);
+    CHECK(refused.err.find(words) != std::string::npos);
+    CHECK(std::count(refused.err.begin(), refused.err.end(), '\n') == 1);
+    CHECK_FALSE(shell.wrote_results());
+  }
+  CHECK(shell.run("merge part_1 part_2 part_3 -o part_2").exit_code == 2);
+  CHECK(read("part_2") == part);
+}
+
+TEST_CASE("a part of the paper's studies is every N-th of those named", "[command-line]") {
+  const CommandLine shell;
+  // Neither study takes this key, so that the one whose turn it is says so at once.
+  const auto run = [&](const std::string& shard) {
+    return shell.run("reproduce lshape displacement-field --quick -o new --set nonsense=1 --shard " + shard);
+  };
+  const Outcome first = run("1/2"), second = run("2/2"), none = run("3/3");
+  CHECK(first.exit_code == 2);
+  CHECK(first.err.find("notch") != std::string::npos);  // a key of lshape
+  CHECK(second.exit_code == 2);
+  CHECK(second.err.find("notch") == std::string::npos);
+  CHECK(none.exit_code == 0);
+  CHECK(none.err.find("no study") != std::string::npos);
 }
 
 TEST_CASE("evidence is one document of claims that hold, under its factor of credibility", "[command-line]") {

@@ -50,8 +50,7 @@ const std::vector<PlannedCommand>& planned_commands() {
   static const std::vector<PlannedCommand> commands = {
       {"profile", "where the time goes, stage by stage"},
       {"gate", "budgets of accuracy, counts and times"},
-      {"report", "one page of tables, plots and pictures"},
-      {"merge", "joins the parts of a sweep"}};
+      {"report", "one page of tables, plots and pictures"}};
   return commands;
 }
 

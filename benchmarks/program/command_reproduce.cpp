@@ -11,6 +11,7 @@
 #include "benchmarks/program/atomic_file.hpp"
 #include "benchmarks/program/command.hpp"
 #include "benchmarks/program/interrupt.hpp"
+#include "benchmarks/program/shard.hpp"
 #include "benchmarks/program/study.hpp"
 
 namespace finegauge {
@@ -91,7 +92,8 @@ int run_study(const Study& study, const CommonOptions& options, bool several) {
   return finish(document, options, context.out, progress);
 }
 
-int reproduce(const std::vector<std::string>& names, const CommonOptions& options) {
+int reproduce(const std::vector<std::string>& names, const std::string& shard_text, const CommonOptions& options) {
+  const Shard shard = parse_shard(shard_text);
   const std::vector<const Study*> studies = chosen_studies(names);
   if (options.json && studies.size() > 1)
     throw UsageError("reproduce: --json prints one document, so it takes one study");
@@ -99,7 +101,11 @@ int reproduce(const std::vector<std::string>& names, const CommonOptions& option
   for (const Study* study : studies) require_writable(directory_of(*study, options, studies.size() > 1));
   use_one_blas_thread();
   int worst = exit_ok;
-  for (const Study* study : studies) {
+  if (static_cast<std::size_t>(shard.number) > studies.size())
+    std::fprintf(stderr, "part %s of %zu: no study is left for it\n", shard_text.c_str(), studies.size());
+  for (std::size_t job = 0; job < studies.size(); ++job) {
+    if (!shard.has(job)) continue;
+    const Study* study = studies[job];
     const int code = run_study(*study, options, studies.size() > 1);
     if (interrupt_signal()) return code;
     worst = std::max(worst, code);
@@ -126,8 +132,14 @@ std::span<const Study> paper_studies() {
 void add_reproduce_command(CLI::App& program, int& exit_code) {
   CLI::App* command = program.add_subcommand("reproduce", "The paper's studies: columns paper, here, why they differ");
   const auto names = std::make_shared<std::vector<std::string>>();
+  const auto shard = std::make_shared<std::string>();
   const auto options = std::make_shared<CommonOptions>();
   command->add_option("STUDY", *names, "Studies by name (finegauge list), or all")->required();
+  command
+      ->add_option("--shard", *shard,
+                   "Every N-th of these studies only, from the I-th on. Each is whole in its own directory, so that "
+                   "all parts can have the same --out")
+      ->type_name("I/N");
   add_common_options(
       *command, *options,
       "KEY=VALUE: replaces a key of the study, such as notch=lower_left; repeatable. Keys of lshape: "
@@ -138,13 +150,14 @@ void add_reproduce_command(CLI::App& program, int& exit_code) {
   command->footer(
       "Writes STUDY.json, STUDY.csv, plots and pictures of meshes; the needle studies also a CSV of the frames of "
       "each\n"
-      "case. --vtu is for lshape; finegauge run writes the VTU files of a needle's scene.\n"
+      "case. --full of liver-phantom adds a hundred insertions and withdrawals, with what they leave behind (ten\n"
+      "minutes). --vtu is for lshape; finegauge run writes the VTU files of a needle's scene.\n"
       "\n"
       "Examples:\n"
       "  finegauge reproduce lshape --set theta=0.5\n"
       "  finegauge reproduce phantom displacement-field\n"
       "  finegauge reproduce all --quick -o paper");
-  command->callback([&exit_code, names, options] { exit_code = reproduce(*names, *options); });
+  command->callback([&exit_code, names, shard, options] { exit_code = reproduce(*names, *shard, *options); });
 }
 
 }  // namespace finegauge

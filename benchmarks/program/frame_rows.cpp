@@ -288,8 +288,49 @@ double relative_closure(const MotionRun& run) {
   return largest > 0.0 ? run.frames.back().report.frame.energy.closure / largest : 0.0;
 }
 
+namespace {
+
+/// The ledger of a run that followed its motion closes to a percent or so; one that does not has forces and energies of
+/// its own.
+std::optional<std::string> note_on_closure(const Scene& scene, const MotionRun& run) {
+  constexpr double noted = 0.05;
+  const double closure = relative_closure(run);
+  if (std::abs(closure) <= noted) return {};
+  const FrameReport* worst = &run.frames.front().report.frame;
+  for (const MotionFrame& frame : run.frames)
+    if (!frame.report.frame.at_rest && frame.report.frame.equilibrium_error > worst->equilibrium_error)
+      worst = &frame.report.frame;
+  char text[400];
+  std::snprintf(text, sizeof text,
+                "energy: %.2g %% of the largest is unaccounted for, so forces are not to be trusted: the steps do not "
+                "follow the motion (equilibrium_error up to %.2g, at t = %.4g)%s",
+                100.0 * std::abs(closure), worst->equilibrium_error, worst->time,
+                scene.needle ? "; a needle that presses soft tissue in deeper than a cell is long folds the cells: "
+                               "a lower puncture_strength or a larger coupling_radius; or a shorter time_step"
+                             : "; shorten time_step");
+  return text;
+}
+
+/// Why the iteration on contact forces may end at its limit: core/needle/interaction.hpp.
+std::optional<std::string> note_on_contact(const Scene& scene, const MotionRun& run) {
+  if (!scene.needle) return {};
+  const auto at_the_limit = [&](const MotionFrame& frame) {
+    const FrameReport& f = frame.report.frame;
+    return !f.converged && f.uzawa_iterations >= scene.needle->interaction.iterations;
+  };
+  const auto count = std::ranges::count_if(run.frames, at_the_limit);
+  if (count == 0) return {};
+  return "contact forces did not settle within contact.iterations in " + std::to_string(count) +
+         " frames: points of the path that are closer than half a cell feel almost the same tissue; a larger "
+         "cut_advance, smaller cells or more iterations";
+}
+
+}  // namespace
+
 std::vector<std::string> run_notes(const Scene& scene, const MotionRun& run) {
   std::vector<std::string> notes = run.notes;
+  if (auto note = note_on_contact(scene, run)) notes.push_back(std::move(*note));
+  if (auto note = note_on_closure(scene, run)) notes.push_back(std::move(*note));
   if (!scene.needle || scene.needle->drive.guided) return notes;
   double largest = 0.0;
   for (const MotionFrame& frame : run.frames) largest = std::max(largest, frame.report.force);

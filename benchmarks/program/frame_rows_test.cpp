@@ -176,6 +176,7 @@ TEST_CASE("the summary tells on which frames a tolerance was met, by how much it
   CHECK(t.at("share").get<double>() == Approx(1.0 / 3.0));
   CHECK(t.at("worst") == 1.5);
   CHECK(t.at("frames_limited_by_depth") == 1);
+  CHECK(t.at("local_met_frames_reason") == "the scene asks for no tolerance of the worst cell's error");
   CHECK(t.at("frames_limited_by_dofs") == 0);
   const Json row = to_json(run.frames[1], scene);
   CHECK(row.at("tolerance_ratio") == 1.5);
@@ -186,7 +187,29 @@ TEST_CASE("the summary tells on which frames a tolerance was met, by how much it
   const Json none = summarize(scene, run).at("tolerance");
   CHECK(none.at("share").is_null());
   CHECK(none.at("share_reason") == "the scene asks for no tolerance");
+  CHECK(none.at("global_met_frames_reason") == "the scene asks for no tolerance");
   CHECK(to_json(run.frames[1], scene).at("tolerance_ratio").is_null());
+}
+
+TEST_CASE("of two tolerances the summary tells on which frames each was met", "[rows]") {
+  Scene scene = moving_scene(true);
+  scene.dynamics->adapt = FrameAdaptRules{.tolerance = 0.2, .local_tolerance = 0.05};
+  MotionRun run = made_up_run();  // four frames
+  const auto set = [&](int i, double eta, double local, bool at_rest) {
+    FrameReport& f = run.frames[static_cast<std::size_t>(i)].report.frame;
+    f.eta = eta, f.eta_local_max = local, f.at_rest = at_rest;
+  };
+  set(0, 0.19, 0.06, false);
+  set(1, 0.2, 0.05, false);
+  set(2, 0.21, 0.04, false);
+  set(3, 0.1, 0.01, true);  // at rest none is asked
+  Json t = summarize(scene, run).at("tolerance");
+  CHECK(t.at("global_met_frames") == 2);
+  CHECK(t.at("local_met_frames") == 2);
+  set(1, 0.2, 0.07, false);
+  t = summarize(scene, run).at("tolerance");
+  CHECK(t.at("global_met_frames") == 2);
+  CHECK(t.at("local_met_frames") == 1);
 }
 
 TEST_CASE("the summary counts changes of the mesh, those taken back, and what they did to the force", "[rows]") {
@@ -257,6 +280,35 @@ TEST_CASE("a force above the buckling load is noted where nothing guides the nee
   CHECK(run_notes(scene, run)[0].find("buckling load, 3") != std::string::npos);
   run.buckling_load = 5.0;
   CHECK(run_notes(scene, run).empty());
+}
+
+TEST_CASE("contact forces that do not settle are noted with what helps", "[rows]") {
+  MotionRun run = made_up_run();
+  Scene scene = moving_scene(true);
+  scene.needle->interaction.iterations = 9;      // what the third frame took; the fourth took more
+  CHECK(run_notes(scene, run).empty());          // but all converged
+  run.frames[1].report.frame.converged = false;  // for another reason
+  CHECK(run_notes(scene, run).empty());
+  run.frames[2].report.frame.converged = false;
+  REQUIRE(run_notes(scene, run).size() == 1);
+  CHECK(run_notes(scene, run)[0].find("in 1 frames") != std::string::npos);
+  CHECK(run_notes(moving_scene(false), run).empty());
+}
+
+TEST_CASE("an energy ledger that does not close is noted with the frame that was least in equilibrium", "[rows]") {
+  MotionRun run = made_up_run();
+  const Scene scene = moving_scene(true);
+  run.frames[2].report.frame.equilibrium_error = 0.7;
+  run.frames[3].report.frame.equilibrium_error = 0.9;
+  run.frames[3].report.frame.at_rest = true;         // of almost nothing
+  run.frames[3].report.frame.energy.closure = -0.5;  // of 10: what is allowed
+  CHECK(run_notes(scene, run).empty());
+  for (const double closure : {-0.6, 0.6}) {
+    run.frames[3].report.frame.energy.closure = closure;
+    REQUIRE(run_notes(scene, run).size() == 1);
+    CHECK(run_notes(scene, run)[0].find("6 % of the largest") != std::string::npos);
+    CHECK(run_notes(scene, run)[0].find("up to 0.7, at t = 1.5") != std::string::npos);
+  }
 }
 
 TEST_CASE("quantities of interest are summed up as the largest and the last", "[rows]") {

@@ -42,6 +42,13 @@ void print_event(const ContactEvent& event, bool dimensionless) {
               dimensionless ? "" : " N");
 }
 
+/// Where both tolerances are asked for: ", of the whole body on 793, of the worst cell on 791".
+std::string both_tolerances(const Json& t) {
+  if (!t.at("global_met_frames").is_number() || !t.at("local_met_frames").is_number()) return {};
+  return ", of the whole body on " + t.at("global_met_frames").dump() + ", of the worst cell on " +
+         t.at("local_met_frames").dump();
+}
+
 /// "0.123" of a number, "none" of null.
 std::string digits(const Json& value, const char* format = "%.4g") {
   if (!value.is_number() || !std::isfinite(value.get<double>())) return "none";
@@ -65,10 +72,10 @@ void print_summary(const Json& s) {
               digits(eta.at("end")).c_str());
   if (const Json& t = s.at("tolerance"); t.at("share").is_number())
     std::printf(
-        "tolerance: met on %d of %d frames (%.1f %%), at worst %s times it; %d frames limited by depth, %d by "
+        "tolerance: met on %d of %d frames (%.1f %%)%s, at worst %s times it; %d frames limited by depth, %d by "
         "dofs\n",
         t.at("met_frames").get<int>(), t.at("asked_frames").get<int>(), 100.0 * t.at("share").get<double>(),
-        digits(t.at("worst"), "%.3g").c_str(), t.at("frames_limited_by_depth").get<int>(),
+        both_tolerances(t).c_str(), digits(t.at("worst"), "%.3g").c_str(), t.at("frames_limited_by_depth").get<int>(),
         t.at("frames_limited_by_dofs").get<int>());
   if (const Json& p = s.at("popping"); p.at("mesh_changes").is_number())
     std::printf(

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace finegauge {
 
@@ -19,35 +20,51 @@ double coulomb_bound(const ContactRows& point, const Eigen::Vector3d& lambda) {
   return point.surface_friction * std::max(lambda[0], 0.0);
 }
 
+/// Share of the way from a value to another at which it leaves the bounds; 1: not on the way.
+double share_within(const Bounds& bounds, double from, double to) {
+  if (to > bounds.high) return from < bounds.high ? (bounds.high - from) / (to - from) : 0.0;
+  if (to < bounds.low) return from > bounds.low ? (bounds.low - from) / (to - from) : 0.0;
+  return 1.0;
+}
+/// Of the whole way the trial itself, to the last bit.
+double go(double from, double to, double step) { return step < 1.0 ? from + step * (to - from) : to; }
+
+constexpr Bounds pushing{0.0, std::numeric_limits<double>::infinity()};
+
 SetChange update_unilateral(const ContactRows& point, double tau, const ContactTrial& trial, bool may_change,
                             ContactState& state) {
-  const bool due =
-      state.axial_holds ? trial.lambda[0] <= 0.0 : trial.velocity[0] + point.gap[0] / tau > trial.tolerance;
-  if (state.axial_holds) state.lambda[0] = trial.lambda[0];
+  const bool coulomb = point.lateral == LateralLaw::coulomb;
+  bool due, allowed;
+  if (state.axial_holds) {
+    due = trial.lambda[0] <= 0.0 && (coulomb || share_within(pushing, state.lambda[0], trial.lambda[0]) <= trial.step);
+    allowed = !coulomb || may_change;
+    state.lambda[0] = go(state.lambda[0], trial.lambda[0], trial.step);
+  } else {
+    due = trial.velocity[0] + point.gap[0] / tau > trial.tolerance;
+    allowed = trial.step == 1.0 && (!coulomb || may_change);
+  }
   if (!due) return SetChange::none;
-  if (!may_change) return SetChange::refused;
+  if (!allowed) return SetChange::refused;
   state.axial_holds = !state.axial_holds;
   state.lambda[0] = 0.0;
   return SetChange::made;
 }
 
-SetChange update_friction(const ContactRows& point, double tau, const ContactTrial& trial, bool may_change,
-                          ContactState& state) {
+SetChange update_friction(const ContactRows& point, double tau, const ContactTrial& trial, ContactState& state) {
   const Bounds bounds = friction_bounds(point, tau, state.lambda);
   const double r = trial.velocity[0];
   if (bounds.high == 0.0 && bounds.low == 0.0) {  // no friction: nothing holds, and the slip only has a sign
     const bool held = state.axial_holds;
-    if (held && !may_change) return SetChange::refused;
     state.axial_holds = false;
     state.axial_slip = r > 0.0 ? 1 : r < 0.0 ? -1 : 0;
     state.lambda[0] = 0.0;
     return held ? SetChange::made : SetChange::none;
   }
   if (state.axial_holds) {
-    state.lambda[0] = trial.lambda[0];
     const int side = trial.lambda[0] > bounds.high ? 1 : trial.lambda[0] < bounds.low ? -1 : 0;
-    if (side == 0) return SetChange::none;
-    if (!may_change) return SetChange::refused;
+    const bool leaves = side != 0 && share_within(bounds, state.lambda[0], trial.lambda[0]) <= trial.step;
+    state.lambda[0] = go(state.lambda[0], trial.lambda[0], trial.step);
+    if (!leaves) return SetChange::none;
     state.axial_holds = false;
     state.axial_slip = side;
     state.lambda[0] = side > 0 ? bounds.high : bounds.low;
@@ -56,7 +73,7 @@ SetChange update_friction(const ContactRows& point, double tau, const ContactTri
   const bool due = state.axial_slip == 0 || state.axial_slip * r < -trial.tolerance;
   if (state.axial_slip != 0) state.lambda[0] = state.axial_slip > 0 ? bounds.high : bounds.low;
   if (!due) return SetChange::none;
-  if (!may_change) return SetChange::refused;
+  if (trial.step < 1.0) return SetChange::refused;
   state.axial_holds = true;
   state.axial_slip = 0;
   return SetChange::made;
@@ -75,7 +92,8 @@ SetChange update_coulomb(const ContactRows& point, const ContactTrial& trial, bo
     return held ? SetChange::made : SetChange::none;
   }
   if (state.lateral_holds) {
-    const Eigen::Vector2d p = trial.lambda.tail<2>();
+    const Eigen::Vector2d p{go(state.lambda[1], trial.lambda[1], trial.step),
+                            go(state.lambda[2], trial.lambda[2], trial.step)};
     state.lambda.tail<2>() = p;
     if (p.squaredNorm() <= bound * bound) return SetChange::none;
     if (!may_change) return SetChange::refused;
@@ -141,15 +159,24 @@ ContactState start_contact(const ContactRows& point, double tau, double violatio
   return state;
 }
 
+double feasible_step(const ContactRows& point, double tau, const Eigen::Vector3d& trial, const ContactState& state) {
+  if (!state.axial_holds || point.lateral == LateralLaw::coulomb) return 1.0;
+  if (point.axial == AxialLaw::unilateral) return share_within(pushing, state.lambda[0], trial[0]);
+  if (point.axial == AxialLaw::friction)
+    return share_within(friction_bounds(point, tau, state.lambda), state.lambda[0], trial[0]);
+  return 1.0;
+}
+
 SetChange update_contact(const ContactRows& point, double tau, const ContactTrial& trial, bool may_change,
                          ContactState& state) {
   SetChange change = SetChange::none;
   // Friction along the needle follows the lateral impulse, Coulomb's on the surface the axial one.
-  if (point.lateral == LateralLaw::bilateral) state.lambda.tail<2>() = trial.lambda.tail<2>();
-  if (point.axial == AxialLaw::bilateral) state.lambda[0] = trial.lambda[0];
+  if (point.lateral == LateralLaw::bilateral)
+    for (const int i : {1, 2}) state.lambda[i] = go(state.lambda[i], trial.lambda[i], trial.step);
+  if (point.axial == AxialLaw::bilateral) state.lambda[0] = go(state.lambda[0], trial.lambda[0], trial.step);
   if (point.axial == AxialLaw::unilateral) change = update_unilateral(point, tau, trial, may_change, state);
   if (point.lateral == LateralLaw::coulomb) change = worse(change, update_coulomb(point, trial, may_change, state));
-  if (point.axial == AxialLaw::friction) change = worse(change, update_friction(point, tau, trial, may_change, state));
+  if (point.axial == AxialLaw::friction) change = worse(change, update_friction(point, tau, trial, state));
   return change;
 }
 

@@ -26,7 +26,12 @@ struct ContactTrial {
   Eigen::Vector3d velocity;  ///< r after the step [m/s]
   double lateral_weight;     ///< weighs r against λ where a lateral slip turns, any > 0 [kg]
   double tolerance;          ///< velocities below are none [m/s]
+  double step = 1.0;         ///< share of the way from λ to the trial that is gone: at most any feasible_step
 };
+/// The share of the way from λ to `trial` after which the impulse along the needle leaves its cone, at most 1. Of rows
+/// that do not hold and of points under Coulomb's law 1.
+double feasible_step(const ContactRows& point, double tau, const Eigen::Vector3d& trial, const ContactState& state);
+
 enum class SetChange {
   none,
   made,
@@ -34,7 +39,9 @@ enum class SetChange {
 };
 /// λ <- projection of the trial onto the cone, with the bounds of the new λ: leaves J_a past its bound, returns when
 /// the slip reverses or the gap closes, λ then starting from the bound and not from beyond (one iteration cannot
-/// cross the cone). Where a change is not allowed λ keeps the trial value, out of the cone or not.
+/// cross the cone). After a step < 1 only the rows leave whose bounds are met by then, and none returns, since the
+/// velocity is the whole trial's. `may_change` is for points under Coulomb's law, which change after whole steps only:
+/// where they may not, λ keeps its value, out of the cone or not.
 SetChange update_contact(const ContactRows& point, double tau, const ContactTrial& trial, bool may_change,
                          ContactState& state);
 

@@ -234,16 +234,23 @@ Interaction solve_interaction(const InteractionSystem& system, const Interaction
     for (int p = 0; p < P; ++p) r.segment<3>(3 * p) -= sample_free(B, p, x);
 
     const std::vector<ContactState> before = states;
-    bool same_set = true, may_change = true;
+    double step = 1.0;
+    if (result.iterations > options.patience)
+      for (int p = 0; p < P; ++p) {
+        const Eigen::Vector3d trial = system.points[p].frame.transpose() * used.segment<3>(3 * p);
+        step = std::min(step, feasible_step(system.points[p], system.tau, trial, states[p]));
+      }
+    bool same_set = true, may_change = step == 1.0;
     result.violation = 0.0;
     for (int p = 0; p < P; ++p) {
       const ContactRows& point = system.points[p];
       const ContactTrial trial{point.frame.transpose() * used.segment<3>(3 * p),
                                point.frame.transpose() * r.segment<3>(3 * p), W(1, p),
-                               options.tolerance * system.reference_speed};
+                               options.tolerance * system.reference_speed, step};
       const SetChange change = update_contact(point, system.tau, trial, may_change, states[p]);
       if (change != SetChange::none) same_set = false;
-      if (change == SetChange::made && result.iterations > options.patience) may_change = false;
+      if (change == SetChange::made && point.lateral == LateralLaw::coulomb && result.iterations > options.patience)
+        may_change = false;
       result.violation = std::max(
           result.violation, contact_violation(point, system.tau, trial.velocity, states[p]) / system.reference_speed);
     }

@@ -31,7 +31,7 @@ struct InteractionOptions {
   double weight = 1e4;      ///< κ: W = κ / (J diag(A)⁻¹ Jᵀ) of each row, both systems
   double tolerance = 1e-8;  ///< of the violation over reference_speed and of the change of λ over the largest λ
   int iterations = 100;     ///< of Uzawa
-  int patience = 12;  ///< iterations after which the active set changes at one point at a time, the first in order
+  int patience = 12;        ///< iterations after which the active set changes with care
 };
 
 /// What became of a point's rows.
@@ -56,8 +56,14 @@ struct [[nodiscard]] Interaction {
 
 /// Augmented Lagrangian: Uzawa's iteration on (A + J_aᵀ W J_a) dv = b - Jᵀ λ + J_aᵀ W rhs, rhs = -(J v + g/τ),
 /// λ <- λ + W (J dv - rhs) projected onto its cone (contact_law.hpp); rows at their bound are out of J_a with their
-/// impulse fixed until the slip reverses. Needle and tissue stay two systems: the needle is eliminated exactly, so its
-/// stiffness does not condition the tissue's. With G_n = J_n A_n⁻¹ J_nᵀ and S = (W⁻¹ + G_n)⁻¹,
+/// impulse fixed until the slip reverses. Many rows that change at once can go on changing without an end where they
+/// depend on one another, as the friction of points in one cell does: what they need together to hold pushes some of
+/// them forward and others back. So after some iterations λ goes only so far towards what the holding rows ask for as
+/// the first bound allows, and rows return after whole steps alone: an active-set method for the quadratic program of
+/// the impulses (Nocedal, Wright, Numerical Optimization, 2006, section 16.5), which descends and cannot cycle while
+/// the bounds stay. Points under Coulomb's law then change one at a time, the first in order.
+/// Needle and tissue stay two systems: the needle is eliminated exactly, so its stiffness does not condition the
+/// tissue's. With G_n = J_n A_n⁻¹ J_nᵀ and S = (W⁻¹ + G_n)⁻¹,
 ///   (A_t + J_tᵀ S J_t) dv_t = b_t - J_tᵀ S (W⁻¹ λ + J_n A_n⁻¹ b_n - rhs),
 ///   the new λ = S (W⁻¹ λ + J_n A_n⁻¹ b_n - rhs + J_t dv_t),  dv_n = A_n⁻¹ (b_n - J_nᵀ λ).
 /// A lateral slip keeps the part of its row's stiffness with which its impulse turns, λ_t = bound p/|p|,

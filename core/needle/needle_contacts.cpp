@@ -136,7 +136,7 @@ void NeedleContacts::extend_path(const Needle& needle, const NeedleState& state,
 }
 
 void NeedleContacts::end_step(const Needle& needle, const NeedleState& state, const TissueView& tissue,
-                              std::span<const ContactOutcome> outcomes, double time, double tau) {
+                              std::span<const ContactOutcome> outcomes, double time, double tau, double least_speed) {
   events_.clear();
   dissipated_ = 0.0;
   int sliding = 0;
@@ -167,7 +167,7 @@ void NeedleContacts::end_step(const Needle& needle, const NeedleState& state, co
       end_stick(outcomes.back(), time, tau);
       break;
     case TipState::cut:
-      end_cut(needle, state, tissue, outcomes.back(), time, total);
+      end_cut(needle, state, tissue, outcomes.back().velocity.x(), least_speed, time, total);
       break;
     case TipState::retract:
       end_retract(needle, state, tissue, tau * outcomes.back().velocity.x(), time, total);
@@ -224,11 +224,12 @@ void NeedleContacts::end_stick(const ContactOutcome& tip, double time, double ta
   }
 }
 
-void NeedleContacts::end_cut(const Needle& needle, const NeedleState& state, const TissueView& tissue,
-                             const ContactOutcome& tip, double time, double total) {
+void NeedleContacts::end_cut(const Needle& needle, const NeedleState& state, const TissueView& tissue, double speed,
+                             double least_speed, double time, double total) {
   const double from = arc_length(needle, points_[active_ - 1].on_needle);
   const double advance = arc_length(needle, needle_tip(needle)) - from;
-  const bool stopped = !(tip.velocity.x() > 0.0);
+  // Not "no longer positive": of a tip that stands only round-off would tell when the cut ends.
+  const bool stopped = !(speed > least_speed);
   const auto tip_place = locate_in_body(tissue.forest.base(), tissue.mesh, tissue.u,
                                         centreline_position(needle, state, needle_tip(needle)));
   if (!tip_place) {

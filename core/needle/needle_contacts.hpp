@@ -75,9 +75,10 @@ class NeedleContacts {
   std::span<const ContactRows> begin_step(const Needle& needle, const NeedleState& state, const TissueView& tissue,
                                           const Eigen::Vector3d& advance, const Eigen::Matrix3d& axes, double tau);
 
-  /// Multipliers, transitions and events after the step, with tissue and needle where they are now.
+  /// Multipliers, transitions and events after the step, with tissue and needle where they are now. Speeds of at most
+  /// `least_speed` [m/s] are none: what the solve of the step cannot tell from zero.
   void end_step(const Needle& needle, const NeedleState& state, const TissueView& tissue,
-                std::span<const ContactOutcome> outcomes, double time, double tau);
+                std::span<const ContactOutcome> outcomes, double time, double tau, double least_speed);
 
   /// Where the rows of the last begin_step hold the tissue, one for one; to be called before end_step, which may move
   /// the points. `places` is overwritten; its storage is used again.
@@ -117,8 +118,8 @@ class NeedleContacts {
   void end_touch(const Needle& needle, const NeedleState& state, const TissueView& tissue, const ContactOutcome& tip,
                  double time, double tau);
   void end_stick(const ContactOutcome& tip, double time, double tau);
-  void end_cut(const Needle& needle, const NeedleState& state, const TissueView& tissue, const ContactOutcome& tip,
-               double time, double total);
+  void end_cut(const Needle& needle, const NeedleState& state, const TissueView& tissue, double speed,
+               double least_speed, double time, double total);
   void end_retract(const Needle& needle, const NeedleState& state, const TissueView& tissue, double motion, double time,
                    double total);
   void leave_through(const Needle& needle, const NeedleState& state, const TissueView& tissue, double time,

@@ -296,7 +296,7 @@ constexpr SceneKey keys[] = {
     {"contact", "coupling_radius", KeyType::number, "m", not_negative, "", optional_key,
      "radius over which contact forces are spread; 0: points, without a limit as the mesh is refined; none: the "
      "needle's radius"},
-    {"contact", "weight", KeyType::number, "", above_zero, "", "100.0",
+    {"contact", "weight", KeyType::number, "", above_zero, "", "10000.0",
      "of the augmented Lagrangian, over the stiffness that a constraint meets"},
     {"contact", "tolerance", KeyType::number, "",
      KeyRange{.low = 1e-14, .high = 1.0, .low_allowed = true, .why = "rounding allows no less than 1e-14"}, "", "1e-8",

@@ -62,8 +62,8 @@ bool has(const InsertionReport& report, ContactEventKind kind) {
   return std::ranges::any_of(report.events, [&](const ContactEvent& event) { return event.kind == kind; });
 }
 
-/// Whether the block, in motion before, stands in the frame `at`. Not the event "stick", which comes when the tip's
-/// speed is no longer positive to the last bit.
+/// Whether the block, in motion before, stands in the frame `at`. Not the event "stick", which comes when the
+/// tip's speed is none to the tolerance of the solve.
 bool stands(const SpringRun& run, std::size_t at, double V) {
   return run.frames[at].insertion_depth - run.frames[at - 1].insertion_depth < 1e-3 * V * run.tau;
 }
@@ -233,9 +233,6 @@ StickSlip swinging_stick_slip(double tau, int cycles) {
   setup.contact.cut_strength = cut;
   setup.contact.cut_advance = 0.012;
   setup.contact.clamping = 600.0;
-  // The rows of a rigid block between rigid walls depend on one another: only the weight tells how they share a force,
-  // and a large one makes round-off of that.
-  setup.interaction.weight = 1e2;
   const double c = setup.contact.friction_in * setup.contact.clamping;  // friction per depth [N/m]
   const double reach = setup.start_distance + depth;
   setup.strokes = {{{0.03, 0.0, 0.0}, 0.03 / V}};

@@ -145,6 +145,54 @@ TEST_CASE("friction holds, slides in and slides out with the normal force of the
   if (std::abs(advance) < 1e-3) CHECK(std::abs(force) < 0.3 * normal);
 }
 
+TEST_CASE("friction at many points of a cell settles, whatever part of it slides", "[interaction][friction]") {
+  // Up to ten points in each of four cells, in which a line has four shapes at most: their rows depend on one another.
+  NeedleInBoxOptions options;
+  options.axial = AxialLaw::friction;
+  options.lateral = LateralLaw::none;
+  options.points = GENERATE(10, 20, 40);
+  const double clamp = GENERATE(0.03, 1.0, 30.0);
+  options.advance = GENERATE(0.02, -0.002);
+  CAPTURE(options.points, clamp, options.advance);
+  NeedleInBox box = needle_in_box(options);
+  for (ContactRows& point : box.points) point.clamp *= clamp;
+  InteractionOptions solving;
+  solving.iterations = 400;  // 40 points need 241: nearly dependent rows settle slowly
+  const Interaction found = solve(box, solving);
+  REQUIRE(found.converged);
+  // With bounds that are given the laws and the balance are all that there is to know (a convex quadratic program).
+  check_laws(box, found, 2e-8);
+  check_balance(box, found, 1e-7);
+  const int sticks = count(found, [](const ContactOutcome& outcome) { return outcome.axial_slip == 0; });
+  if (clamp == 30.0) CHECK(sticks > 0);
+  if (clamp == 0.03) CHECK(sticks < options.points);
+}
+
+TEST_CASE("points at one place share the friction of one point among them", "[interaction][friction]") {
+  NeedleInBoxOptions options;
+  options.axial = AxialLaw::friction;
+  options.lateral = LateralLaw::none;
+  const double clamp = GENERATE(1.0, 10.0, 100.0);
+  InteractionOptions solving;
+  solving.weight = GENERATE(1e2, 1e4, 1e6);
+  CAPTURE(clamp, solving.weight);
+  constexpr int copies = 6;
+  NeedleInBox box = needle_in_box(options);
+  for (ContactRows& point : box.points) point.clamp *= clamp;
+  NeedleInBox once = box;
+  for (ContactRows& point : once.points) point.clamp *= copies;
+  for (int copy = 1; copy < copies; ++copy) box.points.insert(box.points.end(), once.points.begin(), once.points.end());
+  for (std::size_t p = 0; p < box.points.size(); ++p) box.points[p].clamp = once.points[p % 5].clamp / copies;
+  const Interaction alone = solve(once, solving), together = solve(box, solving);
+  REQUIRE(alone.converged);
+  REQUIRE(together.converged);
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(3 * options.points);
+  for (std::size_t p = 0; p < box.points.size(); ++p)
+    sum.segment<3>(static_cast<Eigen::Index>(3 * (p % 5))) += together.points[p].lambda;
+  CHECK(relative_error(sum, multipliers(alone)) <= 1e-6);
+  CHECK((together.tissue - alone.tissue).norm() <= 1e-6 * alone.tissue.norm());
+}
+
 TEST_CASE("a slip starts from the last frame's impulse and sticks when the motion turns", "[interaction][friction]") {
   NeedleInBoxOptions options;
   options.axial = AxialLaw::friction;

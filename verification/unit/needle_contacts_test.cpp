@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "core/needle/needle_step.hpp"
 #include "verification/support/catch.hpp"
@@ -13,6 +14,7 @@ namespace {
 
 constexpr double tau = 0.01;             // [s]
 constexpr double start_distance = 1e-4;  // of the tip before the wall, along the axis [m]
+constexpr double least_speed = 1e-9;     // that a solve can tell from zero [m/s]
 constexpr int elements = 8;
 constexpr double length = 0.032;  // of the needle [m]
 
@@ -37,7 +39,7 @@ struct ByHand {
     std::vector<ContactOutcome> outcomes;
     for (int i = 0; i < static_cast<int>(rows.size()); ++i) outcomes.push_back(outcome(i, rows[i]));
     state.positions.colwise() += motion;
-    contacts.end_step(needle, state, view(), outcomes, 0.0, tau);
+    contacts.end_step(needle, state, view(), outcomes, 0.0, tau, least_speed);
   }
   /// Rest position of a row's tissue point; without hanging nodes reduced numbers are nodes.
   Eigen::Vector3d tissue_point(const ContactRows& row) const {
@@ -112,6 +114,33 @@ TEST_CASE("inside, rows push along the needle, and what holds it across counts o
   CHECK_THAT(on_x.tip, WithinRel(3.0 * std::cos(alpha), 1e-12));
   CHECK(std::abs(on_x.across) > 1.0);
   CHECK_THAT(on_x.total(), WithinRel(whole_on_x, 1e-12));
+}
+
+TEST_CASE(
+    "a cut goes on while the tip advances, however slowly, and ends where it stands to the tolerance of the solve",
+    "[contacts]") {
+  const auto [speed, goes_on] =
+      GENERATE(std::pair{2.0 * least_speed, true}, std::pair{0.5 * least_speed, false}, std::pair{0.0, false},
+               std::pair{-0.5 * least_speed, false}, std::pair{-2.0 * least_speed, false});
+  CAPTURE(speed);
+  ByHand hand = by_hand(Eigen::Vector3d::UnitX(), {.puncture_strength = 1.0, .cut_strength = 1.0, .cut_advance = 2e-3});
+  const auto pressed = [](int, const ContactRows& row) {
+    const bool tip = row.axial == AxialLaw::unilateral;
+    return ContactOutcome{tau * Eigen::Vector3d(tip ? 5.0 : 0.0, 0.0, 0.0), Eigen::Vector3d::Zero(), 0, false};
+  };
+  hand.step(2.0 * start_distance * Eigen::Vector3d::UnitX(), pressed);
+  hand.step(-start_distance * Eigen::Vector3d::UnitX(), pressed);
+  REQUIRE(hand.contacts.tip_state() == TipState::cut);
+  for (int frame = 0; frame < 3; ++frame) {
+    const Eigen::Vector3d velocity = speed * Eigen::Vector3d::UnitX();
+    // A tip that goes back stays where it is here, or it would leave the body that it has just entered.
+    const Eigen::Vector3d motion = goes_on ? Eigen::Vector3d(tau * velocity) : Eigen::Vector3d::Zero();
+    hand.step(motion, [&](int, const ContactRows&) {
+      return ContactOutcome{Eigen::Vector3d::Zero(), velocity, 0, false};
+    });
+    CHECK(hand.contacts.tip_state() == (goes_on ? TipState::cut : TipState::stick));
+    if (!goes_on) break;
+  }
 }
 
 TEST_CASE("a point is laid at every d_c however far the tip went in a frame", "[contacts]") {
