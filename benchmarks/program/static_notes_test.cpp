@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <numbers>
 
+#include "benchmarks/program/certificate.hpp"
 #include "core/mesh/refinement_forest.hpp"
 #include "verification/support/catch.hpp"
 

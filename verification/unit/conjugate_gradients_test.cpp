@@ -62,6 +62,21 @@ TEST_CASE("conjugate gradients end at the tolerance asked for, and say so truly"
   CHECK(report.iterations >= 20);
 }
 
+TEST_CASE("conjugate gradients stop as soon as the residual asked for is reached, and not before", "[cg]") {
+  // Every node tied to the ground: eigenvalues in [1, 5], so that the residual falls by about (√5 - 1) / (√5 + 1) =
+  // 0.38 an iteration (Greenbaum 1997) and not all at once in the last one, as that of a chain tied at its end does.
+  Chain chain(40, 1.0);
+  for (const int p : chain.pattern.diagonal) chain.A.block(p) += Eigen::Matrix3d::Identity();
+  const double tolerance = GENERATE(1e-2, 1e-4, 1e-7, 1e-10);
+  CAPTURE(tolerance);
+  const Eigen::VectorXd b = random_vector_of(120, 1);
+  Eigen::VectorXd x = random_vector_of(120, 2), Ax;
+  CHECK(conjugate_gradients(chain.A, b, identity, {tolerance, 1000}, x).converged);
+  multiply(chain.A, x, Ax);
+  CHECK((b - Ax).norm() <= tolerance * b.norm());
+  CHECK((b - Ax).norm() >= 0.1 * tolerance * b.norm());
+}
+
 TEST_CASE("the limit of iterations is reported as not converged", "[cg]") {
   const Chain chain(40, 1.0);
   const Eigen::VectorXd b = random_vector_of(120, 1);
@@ -174,6 +189,13 @@ TEST_CASE("a factor is kept while the matrix is the same to the last bit, and on
   const auto second = cache.factor(chain.A);
   CHECK(second != first);
   CHECK(cache.factor(Chain(11, 1.0).A) != second);
+  // Factors are made of 2^-e A: twice a matrix looks the same there.
+  Chain twice(10, 1.0);
+  const auto once = cache.factor(twice.A);
+  for (double& value : twice.A.values) value *= 2.0;
+  const auto of_twice = cache.factor(twice.A);
+  const Eigen::VectorXd b = random_vector_of(30, 3);
+  CHECK(of_twice->solve(b) == 0.5 * once->solve(b));
 }
 
 TEST_CASE("a residual that drifted from the true one is not believed", "[cg]") {

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "verification/support/catch.hpp"
+#include "verification/support/percentile.hpp"
 
 using namespace finegauge;
 
@@ -39,4 +40,17 @@ TEST_CASE("the table shows errors, orders and the fit", "[convergence]") {
     CHECK(text.find(part) != std::string::npos);
   CHECK(convergence_table({{"energy", {1.0}, {0.25}}}).find("2.500e-01") != std::string::npos);
   CHECK(convergence_table({}).empty());
+}
+
+TEST_CASE("the percentile of cells is the value of the nearest rank", "[convergence]") {
+  const int count = GENERATE(1, 2, 11, 36, 100);
+  std::vector<double> values;
+  for (int rank = 0; rank < count; ++rank) values.push_back(rank);
+  for (const double share : {0.0, 0.05, 0.5, 0.77, 0.95, 1.0}) {
+    CAPTURE(count, share);
+    const double wanted = share * (count - 1);
+    CHECK(std::abs(percentile(values, share) - wanted) <= 0.5);
+  }
+  CHECK(percentile(values, 0.0) == 0.0);
+  CHECK(percentile(values, 1.0) == count - 1);
 }

@@ -227,6 +227,10 @@ TEST_CASE("a direct solve is converged at the residual that was asked for and at
   CHECK(impossible.relative_residual < 1e-6);
   multiply(box.A, x, Ax);
   CHECK(impossible.relative_residual == (b - Ax).norm() / b.norm());  // of the best, which is what is returned
+  // What can be had is converged, half of it is not.
+  const double floor = impossible.relative_residual;
+  CHECK(solve_refined(solver, box.A, b, floor, x).converged);
+  CHECK_FALSE(solve_refined(solver, box.A, b, 0.5 * floor, x).converged);
   CHECK(solve_refined(solver, box.A, Eigen::VectorXd::Zero(b.size()), 1e-16, x).converged);
   CHECK(x.isZero(0.0));
 }

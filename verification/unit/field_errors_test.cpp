@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "verification/support/catch.hpp"
+#include "verification/support/scrambled_mesh.hpp"
 
 using namespace finegauge;
 
@@ -59,6 +60,24 @@ TEST_CASE("the stress of the mean dilatation is off by the bulk modulus times wh
   material.dilatation = Dilatation::mean;
   const FieldErrors errors = of_interpolant(box(material), exact);
   CHECK_THAT(errors.energy, WithinRel(std::sqrt(material.bulk() * h[1] * h[1] / 12.0 * volume), 1e-10));
+}
+
+TEST_CASE("on distorted cells the energy of x² is integrated exactly", "[field_errors]") {
+  std::mt19937 generator(5);
+  BoxMeshOptions options;
+  options.cells = {4, 3, 5};
+  options.size = {2.0, 0.6, 1.0};
+  const Discretization d = discretize(RefinementForest(distorted_box(options, 0.2, generator)), {}, {});
+  const int nodes = d.mesh.node_count();
+  const FieldErrors errors = field_errors(d, {"x²", quadratic}, Eigen::Matrix3Xd::Zero(3, nodes),
+                                          Eigen::Matrix<double, 6, Eigen::Dynamic>::Zero(6, nodes));
+  const Material& material = d.shapes.material();
+  // ∫ (lambda + 2 mu) (2 x)² over the box, whose planes stay, in cells whose shares of it all differ.
+  const double energy = std::sqrt((material.lambda() + 2.0 * material.mu()) * 4.0 * 8.0 / 3.0 * 0.6);
+  CHECK_THAT(errors.energy_norm, WithinRel(energy, 1e-12));
+  CHECK_THAT(errors.energy, WithinRel(energy, 1e-12));
+  CHECK_THAT(errors.recovered_stress, WithinRel(energy, 1e-12));
+  CHECK_THAT(errors.displacement, WithinRel(std::sqrt(32.0 / 5.0 * 0.6), 1e-12));
 }
 
 TEST_CASE("without a solution all of it is error", "[field_errors]") {

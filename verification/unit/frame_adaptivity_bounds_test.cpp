@@ -82,6 +82,21 @@ TEST_CASE("a lone cell is refined exactly if its new dofs fit", "[adapt][bounds]
   }
 }
 
+TEST_CASE("a lone tetrahedron is refined exactly if the middles of its six edges fit", "[adapt][bounds]") {
+  BaseMesh base;
+  base.shape = CellShape::tetrahedron;
+  base.nodes = Eigen::Matrix3Xd::Zero(3, 4);
+  base.nodes.rightCols<3>().setIdentity();
+  base.cells.push_back({0, 1, 2, 3, -1, -1, -1, -1});
+  const RefinementForest forest(base);
+  const LeafFields f = leaf_fields(forest.leaf_mesh(), 1.0, [](int) { return LeafField{1.0, 2.0}; });
+  for (const int spare : {-3, -1, 0, 3}) {
+    CAPTURE(spare);
+    const FrameAdaptRules rules{.max_depth = 2, .max_dofs = 3 * (4 + 6) + spare};
+    CHECK(marks_after_one_frame(forest, f, rules, 12).refine.size() == (spare < 0 ? 0u : 1u));
+  }
+}
+
 TEST_CASE("the bound on dofs holds among templates of all kinds, while cells coarsen too", "[adapt][bounds]") {
   RefinementForest forest(box_of_cubes({2, 2, 2}));
   FrameAdaptHistory history;

@@ -48,6 +48,7 @@ void check_interpolation(const RefinementForest& forest, const Mesh& mesh, const
     }
     for (int k = first; k < last; ++k) {
       if (k > first) REQUIRE(hanging.master[k] > hanging.master[k - 1]);
+      REQUIRE(hanging.master[k] >= 0);
       const int master = hanging.node_of[hanging.master[k]];
       REQUIRE(hanging.reduced_of[master] == hanging.master[k]);
       sum += hanging.weight[k];
@@ -205,6 +206,28 @@ TEST_CASE("one face split in two against three, and an edge among four different
   const HangingNodes hanging = find_hanging_nodes(forest, mesh);
   REQUIRE(hanging.hanging_count() > 0);
   check_interpolation(forest, mesh, hanging);
+}
+
+TEST_CASE("around an edge halves, quarters and a whole hang on one another in any order", "[hanging]") {
+  // The whole edge is that of the smallest cells: its demand on the middle comes after the quarters hang on the middle.
+  std::array<RefinementTemplate, 4> around = {{{{1, 1, 2}}, {{1, 1, 4}}, {{2, 2, 4}}, {{3, 2, 1}}}};
+  std::array<int, 4> order = {0, 1, 2, 3};
+  do {
+    CAPTURE(order);
+    RefinementForest forest(box({2, 2, 1}));
+    for (int cell = 0; cell < 4; ++cell) forest.refine(cell, around[static_cast<std::size_t>(order[cell])]);
+    const Mesh mesh = forest.leaf_mesh();
+    const HangingNodes hanging = find_hanging_nodes(forest, mesh);
+    check_interpolation(forest, mesh, hanging);
+    int on_edge = 0;
+    for (int node = 0; node < mesh.node_count(); ++node) {
+      const Eigen::Vector3d X = mesh.nodes.col(node);
+      if (std::abs(X[0] - 0.5) + std::abs(X[1] - 0.5) > 1e-12 || X[2] < 1e-12 || X[2] > 1.0 - 1e-12) continue;
+      ++on_edge;
+      REQUIRE(hanging.row_start[node + 1] - hanging.row_start[node] == 2);  // the ends of the whole edge
+    }
+    CHECK(on_edge == 3);
+  } while (std::next_permutation(order.begin(), order.end()));
 }
 
 TEST_CASE("halves nested twice beside quarters do not hang on their common face", "[hanging]") {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/needle/contact_law.hpp"
 #include "core/needle/interaction.hpp"
 
 using namespace finegauge;
@@ -270,4 +271,41 @@ TEST_CASE("a point that closes while it slides does not cycle between closed, he
   CHECK(found.iterations <= 40);
   CHECK(relative_error(multipliers(found), solve_dense_kkt(box.system(), found).lambda) <= 1e-9);
   check_laws(box, found, 1e-8);
+}
+
+TEST_CASE("impulses out of their cone are scaled onto it, from just outside and from far, and others stay to the bit",
+          "[interaction]") {
+  ContactRows point;
+  point.surface_friction = 0.4;
+  point.friction_in = 0.5;
+  point.friction_out = 0.3;
+  point.clamp = 7.0;
+  const double tau = 0.01, out = GENERATE(0.0, 0.9, 1.0, 1.001, 1.7, 2.3, 40.0);
+  const int side = GENERATE(-1, 1);
+  CAPTURE(out, side);
+  ContactState state;
+  SECTION("Coulomb's law on the surface") {
+    point.axial = AxialLaw::unilateral;
+    point.lateral = LateralLaw::coulomb;
+    const double bound = 0.4 * 3.0;
+    const Eigen::Vector2d direction = Eigen::Vector2d(0.6, -0.8 * side);
+    state.lambda << 3.0, out * bound * direction;
+    const Eigen::Vector3d before = state.lambda;
+    clip_to_cone(point, tau, state);
+    CHECK(state.lambda[0] == 3.0);
+    if (out < 1.0) CHECK(state.lambda == before);
+    CHECK((state.lambda.tail<2>() - std::min(out, 1.0) * bound * direction).norm() <= 1e-15 * bound);
+    state.lambda[0] = -3.0;  // a surface does not pull, and without pressure there is no friction
+    clip_to_cone(point, tau, state);
+    CHECK(state.lambda.isZero(0.0));
+  }
+  SECTION("friction of the shaft") {
+    point.axial = AxialLaw::friction;
+    point.lateral = LateralLaw::bilateral;
+    const double N = 5.0 + 7.0 * tau, bound = side > 0 ? 0.5 * N : -0.3 * N;
+    state.lambda << out * bound, 3.0, -4.0;
+    clip_to_cone(point, tau, state);
+    CHECK(state.lambda.tail<2>() == Eigen::Vector2d(3.0, -4.0));
+    CHECK(std::abs(state.lambda[0] - std::min(out, 1.0) * bound) <= 1e-15 * N);
+  }
 }

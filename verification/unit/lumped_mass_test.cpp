@@ -129,6 +129,18 @@ TEST_CASE("where weights of T are negative, row sums may be too, and the scaled 
   CHECK(same > 0);
   CHECK(other > 0);
   CHECK(row_sums.minCoeff() < -1e-3);  // kg of one: what the rule is for
+
+  // Of cells that are partly filled the material counts, in scaled cells too.
+  Mesh partly_filled = forest.leaf_mesh();
+  double material = 0.0;
+  CellGeometry scratch;
+  for (int cell = 0; cell < partly_filled.cell_count(); ++cell) {
+    partly_filled.fraction.push_back(cell % 3 == 0 ? 1.0 : 0.25);
+    material += partly_filled.fraction.back() * d.shapes.geometry(d.mesh, cell, scratch).volume;
+  }
+  const Discretization cut = discretize(forest, std::move(partly_filled), {}, {});
+  REQUIRE(!cells_with_scaled_mass(cut).empty());
+  CHECK_THAT(lumped_mass(cut, 1.0).sum(), WithinRel(material, 1e-12));
 }
 
 TEST_CASE("a body twice as large has eight times the mass, to the last bit", "[lumped_mass]") {

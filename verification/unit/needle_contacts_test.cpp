@@ -152,7 +152,9 @@ TEST_CASE("a point is laid at every d_c however far the tip went in a frame", "[
   const Advance first = GENERATE(values<Advance>({{0.95, 0}, {1.0001, 1}, {1.45, 1}, {1.55, 2}, {2.9, 3}, {5.4, 5}}));
   const Advance second = GENERATE(values<Advance>({{1.2, 1}, {4.6, 5}}));
   CAPTURE(first.over_d_c, second.over_d_c);
-  ByHand hand = by_hand(Eigen::Vector3d::UnitX(), {.puncture_strength = 1.0, .cut_strength = 1.0, .cut_advance = d_c});
+  const double clamping = 300.0;  // [N/m]
+  ByHand hand = by_hand(Eigen::Vector3d::UnitX(),
+                        {.puncture_strength = 1.0, .cut_strength = 1.0, .cut_advance = d_c, .clamping = clamping});
   const auto pressed = [](int, const ContactRows& row) {
     const bool tip = row.axial == AxialLaw::unilateral;
     return ContactOutcome{tau * Eigen::Vector3d(tip ? 5.0 : 0.0, 0.0, 0.0), Eigen::Vector3d::Zero(), 0, false};
@@ -176,15 +178,40 @@ TEST_CASE("a point is laid at every d_c however far the tip went in a frame", "[
     CHECK(hand.contacts.tip_state() == (advance.points > 0 ? TipState::stick : TipState::cut));
     hand.step(still, advance.points > 0 ? +pressed : +moving);
     REQUIRE(hand.rows.size() == expected.size());
+    double clamped = 0.0;
     for (std::size_t k = 0; k < expected.size(); ++k) {
       const Eigen::Vector3d X = hand.tissue_point(hand.rows[k]);
       CHECK((X - Eigen::Vector3d(expected[k], 0.009, 0.011)).norm() < 1e-9 * length);
+      clamped += hand.rows[k].clamp;
     }
+    CHECK_THAT(clamped, WithinRel(clamping * depth, 1e-6));  // of all that is in the tissue, whoever stands for it
     CHECK_THAT(hand.contacts.inserted_length(), WithinAbs(depth, 1e-9 * length));
     CHECK_THAT(hand.contacts.entry_length(hand.needle), WithinAbs(length - depth, 1e-9 * length));
   };
   cut(first);
   if (first.points > 0) cut(second);
+}
+
+TEST_CASE("a step of another length starts from the same forces", "[contacts]") {
+  ByHand hand = by_hand(Eigen::Vector3d::UnitX(), {.puncture_strength = 1.0, .cut_strength = 10.0});
+  // The entry is too near to the tip to hold across.
+  const std::array<Eigen::Vector3d, 2> forces = {Eigen::Vector3d(0.5, 0.0, 0.0), Eigen::Vector3d(4.0, 1.0, 0.25)};
+  hand.step(2.0 * start_distance * Eigen::Vector3d::UnitX(), [&](int, const ContactRows&) {
+    return ContactOutcome{tau * forces[1], Eigen::Vector3d::Zero(), 0, false};
+  });
+  const auto carry = [&](int i, const ContactRows&) {
+    return ContactOutcome{tau * forces[static_cast<std::size_t>(i)], Eigen::Vector3d::Zero(), 0, false};
+  };
+  hand.step(Eigen::Vector3d::Zero(), carry);
+  REQUIRE(hand.rows.size() == 2);
+  for (const double length_of_step : {tau, 0.25 * tau, 3.0 * tau}) {
+    CAPTURE(length_of_step);
+    const auto rows = hand.contacts.begin_step(hand.needle, hand.state, hand.view(), Eigen::Vector3d::Zero(),
+                                               Eigen::Matrix3d::Identity(), length_of_step);
+    REQUIRE(rows.size() == 2);
+    for (std::size_t i = 0; i < 2; ++i)
+      CHECK((rows[i].lambda / length_of_step - forces[i]).norm() <= 1e-14 * forces[i].norm());
+  }
 }
 
 TEST_CASE("the guide lets go of the nodes less than an element before the entry", "[contacts][guide]") {

@@ -9,6 +9,7 @@
 
 #include "core/needle/rotation_vector.hpp"
 #include "verification/support/catch.hpp"
+#include "verification/support/insertion_setup.hpp"
 #include "verification/support/sample_cells.hpp"
 
 using namespace finegauge;
@@ -300,4 +301,36 @@ TEST_CASE("chains without length, without elements or along their second axis ar
   CHECK_THROWS_AS(chain_of_beams(uneven_section(), nodes.leftCols<1>(), {0, 1, 0}), std::invalid_argument);
   const Needle along = chain_of_beams(uneven_section(), nodes, {1, 1, 0});
   CHECK((along.rest_frames[0] - Eigen::Matrix3d::Identity()).norm() < 1e-15);
+}
+
+TEST_CASE("gravity bends a needle that is held at its base, and its work is what Euler and Bernoulli say",
+          "[needle][energy]") {
+  InsertionSetup setup;
+  setup.cells = {2, 1, 1};
+  setup.density = 1e-3;  // of a block that has no part in this
+  setup.youngs_modulus = 1e9;
+  setup.start_distance = 0.01;  // out of its reach
+  setup.strokes.clear();
+  InsertionCase made = insertion_case(setup);
+  made.problem.drive.guided = false;
+  made.problem.motion.tissue.gravity = {0.0, -0.06, -0.08};  // oblique to both axes across
+  Insertion insertion = start_insertion(std::move(made.forest), made.problem);
+  double at_most = 0.0;
+  for (int frame = 0; frame < 80; ++frame) {
+    const InsertionReport report = advance_frame(made.problem, insertion);
+    REQUIRE(report.frame.converged);
+    REQUIRE(report.contact_points == 0);
+    at_most = std::max(at_most, std::abs(report.frame.energy.closure));
+  }
+  // Deflection w L⁴ / 8 E I at the tip, energy stored w² L⁵ / 40 E I; gravity has worked twice that, and what the
+  // steps have dissipated is the rest. Shear adds 20 (1 + nu) r² / (6 k L²), 0.5 %; lumped masses some 1/16².
+  const double r = setup.needle.radius, L = setup.needle_length, area = std::numbers::pi * r * r;
+  const double w = setup.needle.density * area * 0.1, EI = setup.needle.youngs_modulus * 0.25 * area * r * r;
+  const double stored = w * w * std::pow(L, 5) / (40.0 * EI);
+  const EnergyLedger& energy = insertion.energy;
+  CHECK_THAT(energy.elastic, WithinRel(stored, 0.01));
+  CHECK_THAT(energy.work, WithinRel(2.0 * stored, 0.01));
+  CHECK_THAT(energy.dissipated, WithinRel(stored, 0.02));
+  CHECK(energy.kinetic < 1e-6 * stored);
+  CHECK(at_most / stored < 1e-6);  // the step is linearized: 2e-7, and a hundred times that at ten times the load
 }

@@ -278,6 +278,12 @@ TEST_CASE("a mesh in the scene that is not sound is refused with the line of its
   check_begins(refusal(replaced(small_mesh, from, to)), message);
 }
 
+TEST_CASE("several body forces add up, beside loads on surfaces", "[scene]") {
+  const Scene scene = read(small_scene, {"load[1].body_force=[0, 0, 3]", "load[2].body_force=[1, 0, -0.5]"});
+  CHECK(scene.body_force == Eigen::Vector3d(1, 0, 2.5));
+  CHECK(scene.loads.size() == 1);
+}
+
 TEST_CASE("overrides are applied before the checks and named in messages", "[scene][override]") {
   const Scene scene = read(small_scene, {"material.poisson_ratio=0.2", "material.poisson_ratio = 0.25", "name=other",
                                          "load[0].traction=[0, 0, 2]", "load[1].body_force=[0, 0, 3]",

@@ -72,6 +72,14 @@ TEST_CASE("a notch counts three cells, an edge of a support within a face two", 
   CHECK(marks(forest, supports) == std::vector<std::uint8_t>{0, 2, 2, 0});
 }
 
+TEST_CASE("a cell at a notch and at the rim of a clamped face counts as at the rim", "[singular_edges]") {
+  // Cells (0,0) | (0,1) (1,1) (2,1) | (0,2) (1,2) (2,2); the notch's edge is at x = 1, y = 1, the clamped face at x =
+  // 0.
+  const RemovedBlock removed{{1, 0, 0}, {3, 1, 1}};
+  CHECK(marks_of_plate({}, removed) == std::vector<std::uint8_t>{3, 3, 3, 0, 0, 0, 0});
+  CHECK(marks_of_plate({clamped("x_min")}, removed) == std::vector<std::uint8_t>{1, 1, 3, 0, 1, 0, 0});
+}
+
 TEST_CASE("of refined cells only those that touch the edge are marked", "[singular_edges]") {
   RefinementForest forest(box({3, 3, 1}, RemovedBlock{{2, 0, 0}, {3, 1, 1}}));
   forest.refine(3, {{2, 2, 2}});  // the cell opposite to the notch

@@ -342,6 +342,34 @@ TEST_CASE("constraint impulses enter the ledger and the balance with their sign"
   CHECK_THAT(change - work.sum(), WithinAbs(0.0, 1e-12 * tissue_energy(mesh, start).sum()));
 }
 
+TEST_CASE("a step whose iteration runs out is not converged, one that reaches its residual is", "[tissue_step]") {
+  std::mt19937 generator(19);
+  TissueProblem problem = soft_problem(Kinematics::corotational);
+  problem.supports = {held("x_min")};
+  problem.loads = {{"x_max", LoadKind::total_by_area, {0.0, 0.0, 300.0}}};
+  const RefinementForest forest = random_body({}, generator);
+  const TissueMesh mesh = build_tissue_mesh(forest, problem);
+  TissueSystem system;
+  FactorCache factors;
+  TissueStepOptions options;
+  options.newton_residual = 1e-6;
+  int ran_out = 0, reached = 0;
+  for (options.newton_iterations = 2; options.newton_iterations <= 40; ++options.newton_iterations) {
+    TissueState state = state_at_rest(mesh);
+    const TissueStepReport report =
+        step_tissue(mesh, problem, 0.0, 1.0, options, direct_linear_solve(factors), system, state);
+    // Asked again of the state that the step ended in.
+    const Eigen::VectorXd none, start = Eigen::VectorXd::Zero(mesh.d.dof_count());
+    const double left = equilibrium_error(mesh, problem, state, start, none, 1.0, 0.0);
+    CAPTURE(options.newton_iterations, left);
+    REQUIRE(report.newton_iterations <= options.newton_iterations);
+    CHECK(report.converged == (left <= 1e-6));
+    ++(report.converged ? reached : ran_out);
+  }
+  CHECK(ran_out > 2);
+  CHECK(reached > 2);
+}
+
 TEST_CASE("a solve that fails leaves the state as it was and says so", "[tissue_step]") {
   BoxMeshOptions box;
   TissueProblem problem = soft_problem();
