@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "core/mesh/body_location.hpp"
-#include "core/stopwatch.hpp"
 
 namespace finegauge {
 namespace {
@@ -170,7 +169,7 @@ InsertionReport advance_frame(const InsertionProblem& problem, Insertion& insert
   FrameReport& frame = report.frame;
   fade(tissue.release, tissue.mesh);
   frame = begin_report(tissue);
-  Stopwatch watch;
+  Stopwatch watch(motion.stage_clock);
 
   const Eigen::Vector3d base_advance =
       base_displacement(problem.drive, tissue.time + tau) - base_displacement(problem.drive, tissue.time);

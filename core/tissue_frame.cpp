@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/stopwatch.hpp"
-
 namespace finegauge {
 
 Tissue start_tissue(RefinementForest forest, const MotionProblem& problem) {
@@ -45,7 +43,7 @@ void close(EnergyLedger& energy) { energy.closure = energy.kinetic + energy.elas
 FrameReport advance_frame(const MotionProblem& problem, Tissue& tissue, EnergyLedger& energy) {
   fade(tissue.release, tissue.mesh);
   FrameReport report = begin_report(tissue);
-  Stopwatch watch;
+  Stopwatch watch(problem.stage_clock);
   const TissueState before = tissue.state;
   const double tau = problem.time_step;
   const LinearSolve solve = [&](const BlockMatrix<double>& A, const Eigen::VectorXd& b, Eigen::VectorXd& x) {
@@ -86,7 +84,7 @@ void follow_solution(const MotionProblem& problem, const EndedStep& step, Tissue
                      FrameReport& report) {
   if (step.forces_jump) end_release(tissue.release, tissue.mesh);
   if (!problem.estimate_error && !problem.adapt) return;
-  Stopwatch watch;
+  Stopwatch watch(problem.stage_clock);
   tissue.estimate = estimate_error(tissue.mesh.d, tissue.state.u, problem.estimator);
   const ErrorEstimate& estimate = tissue.estimate;
   report.eta = estimate.relative;

@@ -8,6 +8,7 @@
 #include "core/mesh/refinement_forest.hpp"
 #include "core/mesh_change_release.hpp"
 #include "core/solve/step_solver.hpp"
+#include "core/stopwatch.hpp"
 #include "core/tissue_step.hpp"
 
 namespace finegauge {
@@ -21,6 +22,7 @@ struct MotionProblem {
   bool estimate_error = true;  ///< every frame; needed by `adapt`
   Estimator estimator = Estimator::spr;
   std::optional<FrameAdaptRules> adapt;
+  StageClock stage_clock = {};  ///< what FrameTimes are read from
 };
 
 /// The body and its mesh between two frames.
@@ -41,7 +43,7 @@ struct Tissue {
 /// At rest, undeformed but for supports that hold displacements at time zero from the first step on.
 Tissue start_tissue(RefinementForest forest, const MotionProblem& problem);
 
-/// Milliseconds of wall time of a frame's stages.
+/// Milliseconds of wall time of a frame's stages (MotionProblem::stage_clock).
 struct FrameTimes {
   double assemble_ms = 0.0;  ///< rotations, forces, A, b of the tissue
   double needle_ms = 0.0;    ///< the same of the needle, and its factor

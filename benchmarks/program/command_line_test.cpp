@@ -2,6 +2,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -139,7 +140,8 @@ clamping = 1
 TEST_CASE("every command explains itself with an example", "[command-line]") {
   const CommandLine shell;
   for (const std::string arguments :
-       {"--help", "list --help", "run --help", "reproduce --help", "atlas --help", "merge --help", "help --help"}) {
+       {"--help", "list --help", "run --help", "reproduce --help", "atlas --help", "trade --help", "audit --help",
+        "profile --help", "gate --help", "report --help", "merge --help", "help --help"}) {
     CAPTURE(arguments);
     const Outcome outcome = shell.run(arguments);
     CHECK(outcome.exit_code == 0);
@@ -168,7 +170,7 @@ TEST_CASE("bad usage and bad input end with code 2, a message, and nothing writt
                                       "run block.toml --quick --full",
                                       "run block.toml -o new --vtu 0",
                                       "reproduce nonsense -o new",
-                                      "reproduce tjunctions",
+                                      "profile missing.toml",
                                       "verify nonsense",
                                       "verify --quick",
                                       "atlas nonsense",
@@ -187,11 +189,37 @@ TEST_CASE("bad usage and bad input end with code 2, a message, and nothing writt
 }
 
 TEST_CASE("what is planned says that it is not built and what is", "[command-line]") {
-  const Outcome outcome = CommandLine().run("profile some.toml --full");
+  const Outcome outcome = CommandLine().run("merge some --full");
   CHECK(outcome.exit_code == 2);
   CHECK(outcome.err.find("not built yet") != std::string::npos);
   CHECK(outcome.err.find("reproduce") != std::string::npos);
-  CHECK(outcome.err.find("finegauge: profile is not built yet") == 0);  // and the program is named once
+  CHECK(outcome.err.find("finegauge: merge is not built yet") == 0);  // and the program is named once
+}
+
+TEST_CASE("a profile is one document of stages, hanging nodes and a trace, of scenes that move and that do not",
+          "[command-line]") {
+  const CommandLine shell;
+  shell.write("block.toml", block);
+  shell.write("swing.toml", swing);
+  for (const std::string scene : {"block", "swing"}) {
+    const Outcome outcome = shell.run("profile " + scene + ".toml --quick --json");
+    CAPTURE(scene, outcome.err);
+    REQUIRE(outcome.exit_code == 0);
+    const auto printed = nlohmann::json::parse(outcome.out);
+    CHECK(printed["kind"] == "profile");
+    double shares = 0.0;
+    for (const auto& row : printed["rows"]) shares += row["share"].get<double>();
+    CHECK(std::abs(shares - 1.0) < 1e-9);
+    const auto& summary = printed["summary"];
+    CHECK(summary["machine"]["flops_per_second"].get<double>() > 0.0);
+    REQUIRE(summary["tjunctions"]["hanging_nodes"].get<int>() > 0);
+    for (const std::string handling : {"elementwise", "explicit", "multiplier"})
+      CHECK(summary["tjunctions"][handling]["solved"] == true);
+    CHECK(summary["instrumentation"].is_object() == (scene == "swing"));
+    const auto trace = nlohmann::json::parse(
+        CommandLine::content(shell.work() / "results" / (scene + "_profile") / (scene + "_profile_trace.json")));
+    CHECK(trace["traceEvents"].size() > 10);
+  }
 }
 
 TEST_CASE("the parts of a sweep join to what one run writes, and only those that fit together do", "[command-line]") {

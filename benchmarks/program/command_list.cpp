@@ -48,14 +48,13 @@ void print_list() {
 
 const std::vector<PlannedCommand>& planned_commands() {
   static const std::vector<PlannedCommand> commands = {
-      {"profile", "where the time goes, stage by stage"},
       {"gate", "budgets of accuracy, counts and times"},
       {"report", "one page of tables, plots and pictures"}};
   return commands;
 }
 
 const std::vector<PlannedCommand>& planned_studies() {
-  static const std::vector<PlannedCommand> studies = {{"tjunctions", "hanging nodes over refined cells, by pattern"}};
+  static const std::vector<PlannedCommand> studies = {};
   return studies;
 }
 

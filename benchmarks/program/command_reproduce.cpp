@@ -8,6 +8,7 @@
 #include "benchmarks/paper/liver_study.hpp"
 #include "benchmarks/paper/lshape_study.hpp"
 #include "benchmarks/paper/phantom_study.hpp"
+#include "benchmarks/paper/tjunctions_study.hpp"
 #include "benchmarks/program/atomic_file.hpp"
 #include "benchmarks/program/command.hpp"
 #include "benchmarks/program/interrupt.hpp"
@@ -119,6 +120,8 @@ std::span<const Study> paper_studies() {
   static const std::vector<Study> studies = {
       {"lshape", "error over degrees of freedom on the L-shape: uniform, adaptive, directional (Table 1)",
        &lshape_study},
+      {"tjunctions", "hanging nodes: how many by pattern, three ways to handle them, against conforming meshes",
+       &tjunctions_study},
       {"displacement-field", "how far a needle drags tissue by friction, on four meshes", &displacement_field_study},
       {"phantom", "needle into a gel block: force over travel on coarse, fine and adaptive meshes, frame rates",
        &phantom_study},

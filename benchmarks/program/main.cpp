@@ -20,10 +20,7 @@ void add_planned_commands(CLI::App& program) {
   for (const PlannedCommand& planned : planned_commands()) {
     CLI::App* command = program.add_subcommand(planned.name, planned.about)->group("")->allow_extras();
     command->set_help_flag();
-    command->callback([name = planned.name] {
-      throw UsageError(std::string(name) +
-                       " is not built yet; built are: list, run, reproduce, verify, atlas, merge, help");
-    });
+    command->callback([name = planned.name] { throw UsageError(std::string(name) + " is not built yet"); });
   }
 }
 
@@ -72,6 +69,7 @@ int run_program(int argc, char** argv) {
   add_trade_command(program, exit_code);
   add_audit_command(program, exit_code);
   add_merge_command(program, exit_code);
+  add_profile_command(program, exit_code);
   add_help_command(program, exit_code);
   add_planned_commands(program);
   check_command_name(program, argc, argv);

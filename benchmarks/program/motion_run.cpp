@@ -42,8 +42,8 @@ std::vector<std::string> notes_on_problem(const Scene& scene, const Tissue& tiss
 
 }  // namespace
 
-MotionRun run_motion(const Scene& scene, const MotionObserver& observer) {
-  MovingSimulation simulation(scene);
+MotionRun run_motion(const Scene& scene, const MotionObserver& observer, StageClock stage_clock) {
+  MovingSimulation simulation(scene, stage_clock);
   MotionRun run;
   run.planned_frames = simulation.planned_frames();
   run.buckling_load = simulation.buckling_load();

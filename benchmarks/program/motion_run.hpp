@@ -31,6 +31,6 @@ struct MotionRun {
 
 /// Frame by frame from rest. A frame that does not converge is marked, and the run goes on. Throws SceneError, before
 /// the first frame, when a quantity's point is not in the body or the needle starts in it.
-MotionRun run_motion(const Scene& scene, const MotionObserver& observer);
+MotionRun run_motion(const Scene& scene, const MotionObserver& observer, StageClock stage_clock = {});
 
 }  // namespace finegauge

@@ -12,14 +12,16 @@
 
 namespace finegauge {
 
-MovingSimulation::Motion MovingSimulation::start(const Scene& scene) {
+MovingSimulation::Motion MovingSimulation::start(const Scene& scene, StageClock stage_clock) {
   RefinementForest forest = start_forest(scene);
   if (!scene.needle) {
     MotionProblem problem = motion_problem(scene);
+    problem.stage_clock = stage_clock;
     Tissue tissue = start_tissue(std::move(forest), problem);
     return FreeMotion{std::move(problem), std::move(tissue), {}};
   }
   InsertionProblem problem = insertion_problem(scene);
+  problem.motion.stage_clock = stage_clock;
   try {
     Insertion insertion = start_insertion(std::move(forest), problem);
     return NeedleMotion{std::move(problem), std::move(insertion)};
@@ -28,9 +30,9 @@ MovingSimulation::Motion MovingSimulation::start(const Scene& scene) {
   }
 }
 
-MovingSimulation::MovingSimulation(const Scene& scene)
+MovingSimulation::MovingSimulation(const Scene& scene, StageClock stage_clock)
     : scene_(scene),
-      motion_(start(scene)),
+      motion_(start(scene, stage_clock)),
       points_(quantity_points(scene, tissue().forest.base())),
       planned_frames_(frame_count(scene.dynamics.value())) {}
 

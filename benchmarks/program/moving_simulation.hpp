@@ -29,7 +29,7 @@ class MovingSimulation {
  public:
   /// `scene` must have dynamics and outlive the simulation. Throws SceneError when a quantity's point is not in the
   /// body or the needle starts in it.
-  explicit MovingSimulation(const Scene& scene);
+  explicit MovingSimulation(const Scene& scene, StageClock stage_clock = {});
 
   /// Throws what a frame throws that cannot be computed; one that does not converge is told in its report.
   MotionFrame advance();
@@ -55,7 +55,7 @@ class MovingSimulation {
   };
   using Motion = std::variant<FreeMotion, NeedleMotion>;
 
-  static Motion start(const Scene& scene);
+  static Motion start(const Scene& scene, StageClock stage_clock);
   Json frame_quantities() const;
 
   const Scene& scene_;
