@@ -156,30 +156,34 @@ StudyResult liver_phantom_study(const StudyContext& context) {
   };
   double last_force = 0.0;
   for (const NeedleCase& one : all) last_force = std::max(last_force, std::abs(one.curve.force.back()));
-  result.table = comparison_table({
-      {"dofs, coarse", paper("dofs_coarse"), short_number(coarse.run.frames.front().report.frame.dofs, "%.0f"),
-       "the paper's mesh is not published; cell size chosen to match", paper.place("dofs_coarse")},
-      {"dofs, fine", paper("dofs_fine"), short_number(fine.run.frames.front().report.frame.dofs, "%.0f"),
-       "each coarse cell in eight: nested", paper.place("dofs_fine")},
-      {"dofs, most, 2x2x2", paper("dofs_max_2x2x2"), short_number(most_dofs(all[2]), "%.0f"),
-       "θ alone decides; the paper's mesh is another, and so are the cells along its needle",
-       paper.place("dofs_max_2x2x2")},
-      {"dofs, most, 3x3x3", paper("dofs_max_3x3x3"), short_number(most_dofs(all[3]), "%.0f"),
-       "the same; a cell in 27 brings three to four times as many nodes as one in 8", paper.place("dofs_max_3x3x3")},
-      {"force when the needle is out", paper("loop_closes_at_zero"),
-       context.quick ? std::string("-") : short_number(last_force) + " N", "largest of the four; no rows, no force",
-       paper.place("loop_closes_at_zero")},
-      {"envelope off fine: coarse", "-", of(0), "L² over the travel between first and last cut"},
-      {"envelope off fine: 2x2x2 / 3x3x3", paper("adaptive_nearer_to_fine"), of(2) + " / " + of(3),
-       "3x3x3 has smaller cells at the needle than the fine mesh itself", paper.place("adaptive_nearer_to_fine")},
-      {"nearer to fine than coarse, times", "-", times_nearer(2) + " / " + times_nearer(3),
-       "the two lines above; the paper's curves have no numbers"},
-      {"force off fine, coarse: in / out", paper("stronger_on_insertion"),
-       short_number(coarse_off_in) + " N / " + short_number(coarse_off_out) + " N",
-       "root mean square over the travel: cuts a little sooner or later, and friction five times as large on the way "
-       "in",
-       paper.place("stronger_on_insertion")},
-  });
+  add_comparison(
+      {
+          {"dofs, coarse", paper("dofs_coarse"), short_number(coarse.run.frames.front().report.frame.dofs, "%.0f"),
+           "the paper's mesh is not published; cell size chosen to match", paper.place("dofs_coarse")},
+          {"dofs, fine", paper("dofs_fine"), short_number(fine.run.frames.front().report.frame.dofs, "%.0f"),
+           "each coarse cell in eight: nested", paper.place("dofs_fine")},
+          {"dofs, most, 2x2x2", paper("dofs_max_2x2x2"), short_number(most_dofs(all[2]), "%.0f"),
+           "θ alone decides; the paper's mesh is another, and so are the cells along its needle",
+           paper.place("dofs_max_2x2x2")},
+          {"dofs, most, 3x3x3", paper("dofs_max_3x3x3"), short_number(most_dofs(all[3]), "%.0f"),
+           "the same; a cell in 27 brings three to four times as many nodes as one in 8",
+           paper.place("dofs_max_3x3x3")},
+          {"force when the needle is out", paper("loop_closes_at_zero"),
+           context.quick ? std::string("-") : short_number(last_force) + " N", "largest of the four; no rows, no force",
+           paper.place("loop_closes_at_zero")},
+          {"envelope off fine: coarse", "-", of(0), "L² over the travel between first and last cut"},
+          {"envelope off fine: 2x2x2 / 3x3x3", paper("adaptive_nearer_to_fine"), of(2) + " / " + of(3),
+           "3x3x3 has smaller cells at the needle than the fine mesh itself", paper.place("adaptive_nearer_to_fine")},
+          {"nearer to fine than coarse, times", "-", times_nearer(2) + " / " + times_nearer(3),
+           "the two lines above; the paper's curves have no numbers"},
+          {"force off fine, coarse: in / out", paper("stronger_on_insertion"),
+           short_number(coarse_off_in) + " N / " + short_number(coarse_off_out) + " N",
+           "root mean square over the travel: cuts a little sooner or later, and friction five times as large on the "
+           "way "
+           "in",
+           paper.place("stronger_on_insertion")},
+      },
+      result);
   if (context.full) add_organ_cycles(context, study_share, result);
   return result;
 }

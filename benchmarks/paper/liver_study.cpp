@@ -177,32 +177,34 @@ StudyResult liver_study(const StudyContext& context) {
   // --quick ends on the way in.
   const auto whole_run = [&](int value) { return context.quick ? std::string("-") : short_number(value, "%.0f"); };
   const std::string shape = "the paper's liver and its mesh are not published; ours is made from an implicit shape";
-  result.table = comparison_table({
-      {"dofs, base mesh", paper("dofs_start"), short_number(dofs.start, "%.0f"), shape, paper.place("dofs_start")},
-      {"dofs, before the needle", "-", short_number(dofs.before, "%.0f"),
-       "a level leaves 0.7 of so coarse a mesh's error: half of it takes two nearly everywhere"},
-      {"dofs, most", paper("dofs_max"), whole_run(dofs.most),
-       "at the puncture, where ten newtons press on one point; what the needle adds counts from the line above",
-       paper.place("dofs_max")},
-      {"dofs, needle out", paper("dofs_end"), whole_run(dofs.after),
-       "the plate still presses, and the tolerance is still held", paper.place("dofs_end")},
-      {"dofs, at the end", "-", whole_run(dofs.end), "at exhale and without the plate the liver is at rest"},
-      {"η, unrefined", percent(paper.value("eta_unrefined")), percent(eta_unrefined),
-       "median over the frames after the first breath; the paper names no instant, and another shape, held "
-       "otherwise, has another error on as many dofs",
-       paper.place("eta_unrefined")},
-      {"η, adaptive", percent(paper.value("eta_adaptive")), percent(eta_adaptive),
-       "the same median; tolerance " + percent(tolerance) + ", held in " + percent(held.share()) + " of the frames",
-       paper.place("eta_adaptive")},
-      {"frames/s, adaptive / unrefined",
-       paper("frames_per_second_adaptive") + " / " + paper("frames_per_second_unrefined") + " = " +
-           short_number(paper.value("frames_per_second_adaptive") / paper.value("frames_per_second_unrefined")),
-       short_number(rate_adaptive) + " / " + short_number(rate_unrefined) + " = " +
-           short_number(rate_adaptive / rate_unrefined),
-       "the paper's include drawing, which both meshes pay alike; mean dofs are " +
-           short_number(adaptive.mean_dofs / unrefined.mean_dofs) + " times as many here",
-       paper.place("frames_per_second_adaptive")},
-  });
+  add_comparison(
+      {
+          {"dofs, base mesh", paper("dofs_start"), short_number(dofs.start, "%.0f"), shape, paper.place("dofs_start")},
+          {"dofs, before the needle", "-", short_number(dofs.before, "%.0f"),
+           "a level leaves 0.7 of so coarse a mesh's error: half of it takes two nearly everywhere"},
+          {"dofs, most", paper("dofs_max"), whole_run(dofs.most),
+           "at the puncture, where ten newtons press on one point; what the needle adds counts from the line above",
+           paper.place("dofs_max")},
+          {"dofs, needle out", paper("dofs_end"), whole_run(dofs.after),
+           "the plate still presses, and the tolerance is still held", paper.place("dofs_end")},
+          {"dofs, at the end", "-", whole_run(dofs.end), "at exhale and without the plate the liver is at rest"},
+          {"η, unrefined", percent(paper.value("eta_unrefined")), percent(eta_unrefined),
+           "median over the frames after the first breath; the paper names no instant, and another shape, held "
+           "otherwise, has another error on as many dofs",
+           paper.place("eta_unrefined")},
+          {"η, adaptive", percent(paper.value("eta_adaptive")), percent(eta_adaptive),
+           "the same median; tolerance " + percent(tolerance) + ", held in " + percent(held.share()) + " of the frames",
+           paper.place("eta_adaptive")},
+          {"frames/s, adaptive / unrefined",
+           paper("frames_per_second_adaptive") + " / " + paper("frames_per_second_unrefined") + " = " +
+               short_number(paper.value("frames_per_second_adaptive") / paper.value("frames_per_second_unrefined")),
+           short_number(rate_adaptive) + " / " + short_number(rate_unrefined) + " = " +
+               short_number(rate_adaptive / rate_unrefined),
+           "the paper's include drawing, which both meshes pay alike; mean dofs are " +
+               short_number(adaptive.mean_dofs / unrefined.mean_dofs) + " times as many here",
+           paper.place("frames_per_second_adaptive")},
+      },
+      result);
   return result;
 }
 

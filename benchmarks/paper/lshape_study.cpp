@@ -181,7 +181,7 @@ StudyResult lshape_study(const StudyContext& context) {
       context.quick ? "Times: one pass, to be trusted within a factor of two."
                     : "Times: medians of three passes that interleave the schemes.",
       ""};
-  for (const std::string& line : comparison_table(table)) result.table.push_back(line);
+  add_comparison(table, result);
   result.scene = "built in: benchmarks/paper/lshape_problem.hpp, the same as reference_data/scenes/lshape.toml";
   result.plots = {convergence_plot(study, "convergence_eta.svg", "L-shape: estimated error", "eta [%]",
                                    [](const LshapeStep& step) { return step.eta; })};

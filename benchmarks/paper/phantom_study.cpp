@@ -166,7 +166,7 @@ StudyResult phantom_study(const StudyContext& context) {
   for (const PhantomRates& pass : passes) result.summary["frame_rate"]["best"]["ratios"].push_back(pass.ratio());
   if (plain) result.summary["frame_rate"]["plain"] = to_json(*plain);
   result.plots.push_back(phantom_dofs_plot(comparisons));
-  result.table = comparison_table(phantom_table(comparisons, best, plain, paper));
+  add_comparison(phantom_table(comparisons, best, plain, paper), result);
   return result;
 }
 

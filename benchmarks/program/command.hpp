@@ -62,6 +62,7 @@ void add_trade_command(CLI::App& program, int& exit_code);
 void add_audit_command(CLI::App& program, int& exit_code);
 void add_merge_command(CLI::App& program, int& exit_code);
 void add_profile_command(CLI::App& program, int& exit_code);
+void add_report_command(CLI::App& program, int& exit_code);
 void add_help_command(CLI::App& program, int& exit_code);
 
 /// Commands and studies that the program is to have and does not have yet; asking for one is an error that says so.

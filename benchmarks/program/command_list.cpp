@@ -47,9 +47,7 @@ void print_list() {
 }  // namespace
 
 const std::vector<PlannedCommand>& planned_commands() {
-  static const std::vector<PlannedCommand> commands = {
-      {"gate", "budgets of accuracy, counts and times"},
-      {"report", "one page of tables, plots and pictures"}};
+  static const std::vector<PlannedCommand> commands = {{"gate", "budgets of accuracy, counts and times"}};
   return commands;
 }
 

@@ -70,4 +70,17 @@ std::vector<std::string> comparison_table(const std::vector<ComparisonRow>& rows
   return lines;
 }
 
+void add_comparison(const std::vector<ComparisonRow>& rows, StudyResult& result) {
+  std::string note;
+  for (const std::string& line : result.table) note += (note.empty() || line.empty() ? "" : " ") + line;
+  if (!note.empty()) result.summary["comparison_note"] = note;
+  for (const std::string& line : comparison_table(rows)) result.table.push_back(line);
+  Json& comparison = result.summary["comparison"] = Json::array();
+  for (const ComparisonRow& row : rows) {
+    Json entry = {{"quantity", row.quantity}, {"paper", row.paper}, {"here", row.here}, {"why", row.why}};
+    if (!row.place.empty()) entry["place"] = row.place;
+    comparison.push_back(std::move(entry));
+  }
+}
+
 }  // namespace finegauge

@@ -21,6 +21,9 @@ void add_planned_commands(CLI::App& program) {
     CLI::App* command = program.add_subcommand(planned.name, planned.about)->group("")->allow_extras();
     command->set_help_flag();
     command->callback([name = planned.name] { throw UsageError(std::string(name) + " is not built yet"); });
+    command->callback([name = planned.name] {
+      throw UsageError(std::string(name) + " is not built yet; built are: list, run, reproduce, verify, atlas, report, help");
+    });
   }
 }
 
@@ -70,6 +73,7 @@ int run_program(int argc, char** argv) {
   add_audit_command(program, exit_code);
   add_merge_command(program, exit_code);
   add_profile_command(program, exit_code);
+  add_report_command(program, exit_code);
   add_help_command(program, exit_code);
   add_planned_commands(program);
   check_command_name(program, argc, argv);

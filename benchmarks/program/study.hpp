@@ -61,5 +61,8 @@ struct ComparisonRow {
 /// Aligned lines with a header "quantity | paper | here | why they differ"; the last column is wrapped at `width`.
 /// Below them, once each, the paper's entries whose place is given, with it.
 std::vector<std::string> comparison_table(const std::vector<ComparisonRow>& rows, int width = 118);
+/// Adds these lines to the table, and the rows to the document: summary.comparison, a list of objects with quantity,
+/// paper, here, why and, where it is told, place. What the table says already becomes summary.comparison_note.
+void add_comparison(const std::vector<ComparisonRow>& rows, StudyResult& result);
 
 }  // namespace finegauge
