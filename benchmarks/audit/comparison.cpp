@@ -65,7 +65,7 @@ SceneComparison compare_moving(const Scene& scene, const Scene& changed, std::ui
         runs[k].curves.force.push_back(frame.report.force);
         runs[k].curves.tip_force.push_back(frame.report.tip_force);
       }
-      runs[k].ms.push_back(frame.frame_ms);
+      runs[k].ms.push_back(frame.processor_ms);
       runs[k].unconverged += !frame.report.frame.converged;
     }
     if (next >= times.size() || time < times[next] - 0.5 * scene.dynamics->time_step) continue;

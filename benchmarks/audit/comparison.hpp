@@ -17,7 +17,7 @@ struct SceneComparison {
   std::map<std::string, double> quantity_change;  ///< relative to the first, by quantity (errors_against); NaN: nothing
                                                   ///< to compare
   double energy_norm_change = 0.0;                ///< of the strains of all instants, relative
-  double mean_ms = 0.0, changed_mean_ms = 0.0;    ///< of a frame
+  double mean_ms = 0.0, changed_mean_ms = 0.0;    ///< of a frame, processor time
   double p99_ms = 0.0, changed_p99_ms = 0.0;
   int unconverged = 0, changed_unconverged = 0;
 

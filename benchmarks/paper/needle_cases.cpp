@@ -8,6 +8,7 @@
 #include "benchmarks/program/frame_rows.hpp"
 #include "benchmarks/program/mesh_picture.hpp"
 #include "benchmarks/program/needle_sections.hpp"
+#include "benchmarks/program/processor_time.hpp"
 #include "core/elasticity/cell_response.hpp"
 #include "core/mesh/immersed_body.hpp"
 #include "core/scene/moving_scene.hpp"
@@ -67,9 +68,11 @@ bool run_side_by_side(const std::vector<NeedleCase*>& cases, const StudyContext&
     for (NeedleCase* one : cases) {
       if (frame >= one->run.planned_frames) continue;
       MotionFrame made;
+      const double processor_before = processor_ms();
       Stopwatch watch;
       made.report = advance_frame(one->problem, one->insertion);
       made.frame_ms = watch.lap();
+      made.processor_ms = processor_ms() - processor_before;
       one->unestimated_ms += made.frame_ms - (one->scene.dynamics->adapt ? 0.0 : made.report.frame.times.estimate_ms);
       one->run.frames.push_back(std::move(made));
     }

@@ -63,15 +63,9 @@ void add_audit_command(CLI::App& program, int& exit_code);
 void add_merge_command(CLI::App& program, int& exit_code);
 void add_profile_command(CLI::App& program, int& exit_code);
 void add_report_command(CLI::App& program, int& exit_code);
+void add_gate_command(CLI::App& program, int& exit_code);
 void add_help_command(CLI::App& program, int& exit_code);
 
-/// Commands and studies that the program is to have and does not have yet; asking for one is an error that says so.
-struct PlannedCommand {
-  const char* name;
-  const char* about;
-};
-const std::vector<PlannedCommand>& planned_commands();
-const std::vector<PlannedCommand>& planned_studies();
 /// The scene files that come with the program, if this machine has them; sorted.
 std::vector<std::filesystem::path> known_scenes();
 

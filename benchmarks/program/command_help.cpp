@@ -20,15 +20,14 @@ void add_help_command(CLI::App& program, int&) {
       // program.help() would be that of the command given, which is this one.
       text = program.get_formatter()->make_help(&program, "finegauge", CLI::AppFormatMode::Normal);
     } else {
-      for (const PlannedCommand& planned : planned_commands())
-        if (*topic == planned.name)
-          throw UsageError(*topic + " is not built yet; built are: list, run, reproduce, verify, atlas, merge, help");
       const std::vector<CLI::App*> commands = program.get_subcommands({});
       const auto found =
           std::ranges::find(commands, *topic, [](const CLI::App* candidate) { return candidate->get_name(); });
-      if (found == commands.end())
-        throw UsageError("help: no topic \"" + *topic +
-                         "\"; topics are: scene, list, run, reproduce, verify, atlas, merge, help");
+      if (found == commands.end()) {
+        std::string known = "scene";
+        for (const CLI::App* one : commands) known.append(", ").append(one->get_name());
+        throw UsageError("help: no topic \"" + *topic + "\"; topics are: " + known);
+      }
       text = (*found)->help("finegauge");
     }
     std::fputs(text.c_str(), stdout);

@@ -188,12 +188,15 @@ TEST_CASE("bad usage and bad input end with code 2, a message, and nothing writt
   }
 }
 
-TEST_CASE("what is planned says that it is not built and what is", "[command-line]") {
-  const Outcome outcome = CommandLine().run("merge some --full");
-  CHECK(outcome.exit_code == 2);
-  CHECK(outcome.err.find("not built yet") != std::string::npos);
-  CHECK(outcome.err.find("reproduce") != std::string::npos);
-  CHECK(outcome.err.find("finegauge: merge is not built yet") == 0);  // and the program is named once
+TEST_CASE("a command, study or topic that is none is answered with those that there are", "[command-line]") {
+  const CommandLine shell;
+  for (const std::string arguments : {"nonsense", "reproduce nonsense", "help nonsense"}) {
+    CAPTURE(arguments);
+    const Outcome outcome = shell.run(arguments);
+    CHECK(outcome.exit_code == 2);
+    CHECK(outcome.err.find("finegauge: ") == 0);  // the program is named once
+    CHECK(outcome.err.find(arguments.starts_with("reproduce") ? "lshape" : "reproduce") != std::string::npos);
+  }
 }
 
 TEST_CASE("a profile is one document of stages, hanging nodes and a trace, of scenes that move and that do not",

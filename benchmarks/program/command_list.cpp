@@ -22,10 +22,6 @@ void print_line(const std::string& name, const std::string& about) {
   std::printf("  %-26s  %s\n", name.c_str(), about.c_str());
 }
 
-bool is_built(const char* study) {
-  return std::ranges::any_of(paper_studies(), [&](const Study& built) { return built.name == study; });
-}
-
 void print_list() {
   std::printf("Scenes (finegauge run FILE):\n");
   const std::vector<std::filesystem::path> scenes = known_scenes();
@@ -37,24 +33,9 @@ void print_list() {
 
   std::printf("\nEvidence (finegauge verify STUDY):\n");
   for (const EvidenceStudy& study : evidence_studies()) print_line(study.name, study.about);
-
-  std::printf("\nPlanned, not built yet:\n");
-  for (const PlannedCommand& study : planned_studies())
-    if (!is_built(study.name)) print_line(std::string("reproduce ") + study.name, study.about);
-  for (const PlannedCommand& command : planned_commands()) print_line(command.name, command.about);
 }
 
 }  // namespace
-
-const std::vector<PlannedCommand>& planned_commands() {
-  static const std::vector<PlannedCommand> commands = {{"gate", "budgets of accuracy, counts and times"}};
-  return commands;
-}
-
-const std::vector<PlannedCommand>& planned_studies() {
-  static const std::vector<PlannedCommand> studies = {};
-  return studies;
-}
 
 std::vector<std::filesystem::path> known_scenes() {
   std::vector<std::filesystem::path> files;
@@ -69,7 +50,7 @@ std::vector<std::filesystem::path> known_scenes() {
 }
 
 void add_list_command(CLI::App& program, int&) {
-  CLI::App* command = program.add_subcommand("list", "Scenes, studies and what is planned, a line each");
+  CLI::App* command = program.add_subcommand("list", "Scenes, studies and evidence, a line each");
   command->footer("Example:\n  finegauge list");
   command->callback(print_list);
 }

@@ -36,11 +36,7 @@ std::vector<const Study*> chosen_studies(const std::vector<std::string>& names) 
       choose(*found);
       continue;
     }
-    const bool planned =
-        std::ranges::any_of(planned_studies(), [&](const PlannedCommand& study) { return name == study.name; });
-    throw UsageError(
-        "reproduce: " + (planned ? "the study " + name + " is not built yet" : "no study \"" + name + "\"") +
-        "; built are: " + (built.empty() ? "none" : built));
+    throw UsageError("reproduce: no study \"" + name + "\"; there are: " + built);
   }
   return chosen;
 }

@@ -197,7 +197,7 @@ Json to_json(const MotionFrame& frame, const Scene& scene) {
     row["contact_points"] = r.contact_points;
   }
   if (!frame.quantities.empty()) row["quantities"] = frame.quantities;
-  row["frame_ms"] = frame.frame_ms;
+  row["frame_ms"] = frame.frame_ms, row["processor_ms"] = frame.processor_ms;
   row["events"] = to_json(r.events);
   return row;
 }

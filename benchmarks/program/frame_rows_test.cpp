@@ -22,7 +22,7 @@ const std::vector<std::string> row_keys = {"time",          "tip_displacement",
                                            "tolerance_met", "converged",
                                            "residual",      "violation",
                                            "energy",        "frame_ms",
-                                           "events"};
+                                           "processor_ms",  "events"};
 const std::vector<std::string> summary_keys = {"frames",
                                                "frames_per_second",
                                                "frame_ms",

@@ -15,18 +15,6 @@ namespace {
 
 using namespace finegauge;
 
-/// A command that is planned takes any arguments, so that the answer is always that it is not built.
-void add_planned_commands(CLI::App& program) {
-  for (const PlannedCommand& planned : planned_commands()) {
-    CLI::App* command = program.add_subcommand(planned.name, planned.about)->group("")->allow_extras();
-    command->set_help_flag();
-    command->callback([name = planned.name] { throw UsageError(std::string(name) + " is not built yet"); });
-    command->callback([name = planned.name] {
-      throw UsageError(std::string(name) + " is not built yet; built are: list, run, reproduce, verify, atlas, report, help");
-    });
-  }
-}
-
 /// CLI11 reports a misspelt command as a missing one; this names it.
 void check_command_name(const CLI::App& program, int argc, char** argv) {
   if (argc < 2 || argv[1][0] == '-') return;
@@ -35,7 +23,7 @@ void check_command_name(const CLI::App& program, int argc, char** argv) {
     if (command->get_name() == argv[1]) return;
     if (!command->get_group().empty()) known += (known.empty() ? "" : ", ") + command->get_name();
   }
-  throw UsageError(std::string("no command \"") + argv[1] + "\"; built are: " + known);
+  throw UsageError(std::string("no command \"") + argv[1] + "\"; there are: " + known);
 }
 
 /// Each step of a study frees and asks for the same tens of megabytes again. Giving them back to the system in between
@@ -74,8 +62,8 @@ int run_program(int argc, char** argv) {
   add_merge_command(program, exit_code);
   add_profile_command(program, exit_code);
   add_report_command(program, exit_code);
+  add_gate_command(program, exit_code);
   add_help_command(program, exit_code);
-  add_planned_commands(program);
   check_command_name(program, argc, argv);
   try {
     program.parse(argc, argv);

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "benchmarks/program/allocation_counter.hpp"
+#include "benchmarks/program/processor_time.hpp"
 #include "benchmarks/program/quantity_points.hpp"
 #include "core/scene/moving_scene.hpp"
 #include "core/scene/scene_error.hpp"
@@ -39,6 +40,7 @@ MovingSimulation::MovingSimulation(const Scene& scene, StageClock stage_clock)
 MotionFrame MovingSimulation::advance() {
   MotionFrame frame;
   const std::optional<std::int64_t> allocations = heap_allocations();
+  const double processor_before = processor_ms();
   Stopwatch watch;
   if (auto* free = std::get_if<FreeMotion>(&motion_)) {
     frame.report.frame = advance_frame(free->problem, free->tissue, free->energy);
@@ -48,6 +50,7 @@ MotionFrame MovingSimulation::advance() {
                                                   : advance_frame(problem, insertion);
   }
   frame.frame_ms = watch.lap();
+  frame.processor_ms = processor_ms() - processor_before;
   if (allocations) frame.heap_allocations = *heap_allocations() - *allocations;
   frame.quantities = frame_quantities();
   return frame;

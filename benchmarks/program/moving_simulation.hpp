@@ -17,6 +17,7 @@ namespace finegauge {
 struct MotionFrame {
   InsertionReport report;                        ///< without a needle only `report.frame` is filled
   double frame_ms = 0.0;                         ///< wall time of the whole frame; its stages are in the report
+  double processor_ms = 0.0;                     ///< what it took of the processor: without what others did meanwhile
   std::optional<std::int64_t> heap_allocations;  ///< within the frame (allocation_counter.hpp)
   Json quantities = Json::object();              ///< of interest, by name: displacements [x, y, z] and energies
 

@@ -194,7 +194,9 @@ std::string gnuplot_script(const Plot& plot, const std::filesystem::path& svg) {
     const bool marked = points.size() <= 60;  // a curve of many points is a line; marks would hide it
     const std::string mark = "points pt " + std::to_string(point_types[i % point_types.size()]) + " ps 0.7";
     curves += (curves.empty() ? "plot " : ", \\\n     ") + block + " using 1:2 with " +
-              (series.points_only ? mark : marked ? "lines" + mark : "lines") +
+              (series.points_only ? mark
+               : marked           ? "lines" + mark
+                                  : "lines") +
               " lw 2.2 lc rgb \"" + color + "\" title " + gnuplot_string(title);
   }
   x.widen(0.04, 0.2), y.widen(0.06, 0.1);

@@ -11,7 +11,7 @@ struct PlotSeries {
   std::string label;  ///< short: it stands in the legend and at the curve's end
   std::vector<double> x, y;
   bool points_only = false;  ///< marks without a line: a cloud, which has no end to label and no slope
-  bool with_slope = true;  ///< on double logarithmic plots the legend adds the least squares slope without its sign
+  bool with_slope = true;    ///< on double logarithmic plots the legend adds the least squares slope without its sign
 };
 
 /// A line plot; with both axes logarithmic, a convergence plot.

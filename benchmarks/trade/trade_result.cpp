@@ -175,7 +175,7 @@ std::vector<Plot> trade_plots(const TradeSweep& sweep, const std::string& name) 
     Plot plot;
     plot.file = name + "_trade_" + quantity + ".svg";
     plot.title = name + ": error of " + quantity + " against the time of a frame";
-    plot.x_label = "frame time, 99 of 100 frames are faster [ms]";
+    plot.x_label = "frame time, 99 of 100 frames are faster [processor ms]";
     plot.y_label = "relative error against the reference";
     PlotSeries all{"settings tried", {}, {}, true, false}, front{"front", {}, {}, false, false},
         own{"as the scene has it", {}, {}, true, false};
