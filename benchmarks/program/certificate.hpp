@@ -8,8 +8,11 @@
 namespace finegauge {
 
 /// Between which bounds the error lies, over the energy norm of the computed solution as η is: by the estimator's
-/// effectivity on a ladder of problems with known errors (certified_effectivity in core/adapt/error_estimate.hpp), and
-/// a twentieth beyond, since the ladder's rungs are not all problems.
+/// effectivity on those rungs of a ladder of known errors that are of the scene's kind (effectivity_range in
+/// verification/studies/estimator_kinds.hpp), and a twentieth beyond, since the rungs are not all problems. Of 179
+/// meshes of 48 others in full hexahedra (wedges, blocks, plates, grooves, punches; errors below a quarter) 159 kept to
+/// the rungs' range and 174 to that with the margin. The others: a sheared crack refined unevenly, flat cells beside a
+/// notch or a rim, and a clamped notch under a mode that is not its sharpest.
 struct CertifiedRange {
   double low, high;
 };

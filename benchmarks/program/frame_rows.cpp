@@ -178,9 +178,13 @@ Json to_json(const MotionFrame& frame, const Scene& scene) {
   row["dofs"] = f.dofs, row["cells"] = f.cells, row["hanging_nodes"] = f.hanging_nodes;
   put(row, "eta", f.eta, no_estimate);
   put(row, "eta_local_max", f.eta_local_max, no_estimate);
-  const std::string uncertified = why_uncertified(scene);
-  put(row, "error_low", false, 0.0, uncertified.c_str());
-  put(row, "error_high", false, 0.0, uncertified.c_str());
+  const std::optional<CertifiedRange> certified =
+      f.eta ? certified_range(scene, *f.eta, f.converged) : std::optional<CertifiedRange>();
+  const std::string uncertified = !f.eta        ? no_estimate
+                                  : f.converged ? why_uncertified(scene)
+                                                : "a solve of the frame did not converge";
+  put(row, "error_low", certified.has_value(), certified ? certified->low : 0.0, uncertified.c_str());
+  put(row, "error_high", certified.has_value(), certified ? certified->high : 0.0, uncertified.c_str());
   row["equilibrium_error"] = f.equilibrium_error;
   row["tolerance_met"] = f.tolerance_met;
   put_tolerance(scene, f, row);

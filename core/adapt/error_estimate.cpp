@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 namespace finegauge {
 
@@ -137,17 +138,31 @@ CellError tetrahedron_error(const Material& material, const CellGeometry& geomet
   return {error_squared.value(material), energy.value(material), equal_shares};
 }
 
-}  // namespace
+/// Unresolved of a singular field at an edge: what the weights of the header say.
+struct EdgeWeights {
+  double largest_gain;     ///< w - 1
+  double share_of_energy;  ///< c
+};
 
-ErrorEstimate estimate_error_spr(const Discretization& d, const Eigen::Matrix3Xd& u) {
+EdgeWeights edge_weights(std::uint8_t mark, const Material& material) {
+  if (mark == 0) return {0.0, 0.0};
+  const int cells_around = cells_around_edge(mark);
+  const double gain = singular_edge_weights[static_cast<std::size_t>(cells_around) - 1] - 1.0;
+  if (cells_around > 1) return {gain, notch_energy_share};
+  const double locking = material.dilatation == Dilatation::mean ? rim_share_of_mean_dilatation : 1.0;
+  return {gain, locking * rim_energy_share(exponent_of_edge(mark))};
+}
+
+/// Of a recovered stress.
+ErrorEstimate estimate_error_by(const Discretization& d, const CellStresses& stresses, VoigtColumns recovered_stress,
+                                Estimator estimator) {
   const Mesh& mesh = d.mesh;
   const bool hexahedra = mesh.shape == CellShape::hexahedron;
-  const CellStresses stresses = cell_stresses(d, u);
   const Material& material = d.shapes.material();
   const Eigen::Index doubles_per_cell = 6 * quadrature_count(mesh.shape);
 
   ErrorEstimate estimate;
-  estimate.nodal_stress = recover_stress_spr(d, stresses);
+  estimate.nodal_stress = std::move(recovered_stress);
   estimate.eta.resize(mesh.cell_count());
   estimate.direction.resize(3, mesh.cell_count());
   const Eigen::Matrix<double, 8, Eigen::Dynamic> nodal = padded(estimate.nodal_stress);
@@ -165,9 +180,12 @@ ErrorEstimate estimate_error_spr(const Discretization& d, const Eigen::Matrix3Xd
                    : hexahedron_error(material, geometry,
                                       placed ? weights_at_material(geometry, mesh.means[cell]) : geometry.weights,
                                       stress, recovered);
-    estimate.eta[cell] = std::sqrt(share * error.error_squared);
+    const EdgeWeights edge = edge_weights(estimator == Estimator::spr_edges ? d.singular_edge[cell] : 0, material);
+    const double unresolved = std::min(edge.largest_gain * error.error_squared, edge.share_of_energy * error.energy);
+    const double squared = share * (error.error_squared + unresolved);
+    estimate.eta[cell] = std::sqrt(squared);
     estimate.direction.col(cell) = error.direction;
-    total_squared += share * error.error_squared;
+    total_squared += squared;
     energy += share * error.energy;
   }
   estimate.total = std::sqrt(total_squared);
@@ -176,20 +194,19 @@ ErrorEstimate estimate_error_spr(const Discretization& d, const Eigen::Matrix3Xd
   return estimate;
 }
 
+}  // namespace
+
+double rim_energy_share(double exponent) { return std::exp(8.0 - 15.2 * exponent); }
+
+ErrorEstimate estimate_error_spr(const Discretization& d, const Eigen::Matrix3Xd& u) {
+  return estimate_error(d, u, Estimator::spr);
+}
+
 ErrorEstimate estimate_error(const Discretization& d, const Eigen::Matrix3Xd& u, Estimator estimator) {
-  ErrorEstimate estimate = estimate_error_spr(d, u);
-  if (estimator == Estimator::spr) return estimate;
-  double added = 0.0;
-  for (int cell = 0; cell < d.mesh.cell_count(); ++cell) {
-    if (d.singular_edge[cell] == 0) continue;
-    const double weight = d.singular_edge[cell] == 1 ? single_cell_edge_weight : singular_edge_weight;
-    added += (weight - 1.0) * estimate.eta[cell] * estimate.eta[cell];
-    estimate.eta[cell] *= std::sqrt(weight);
-  }
-  if (added == 0.0) return estimate;
-  estimate.total = std::sqrt(estimate.total * estimate.total + added);
-  estimate.relative = estimate.energy_norm > 0.0 ? estimate.total / estimate.energy_norm : 0.0;
-  return estimate;
+  const CellStresses stresses = cell_stresses(d, u);
+  return estimate_error_by(
+      d, stresses, estimator == Estimator::spr ? recover_stress_spr(d, stresses) : recover_stress_twice(d, stresses),
+      estimator);
 }
 
 }  // namespace finegauge

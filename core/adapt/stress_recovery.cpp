@@ -236,4 +236,17 @@ VoigtColumns recover_stress_spr(const Discretization& d, const CellStresses& str
   return nodal;
 }
 
+VoigtColumns recover_stress_twice(const Discretization& d, const CellStresses& stresses) {
+  VoigtColumns once = recover_stress_spr(d, stresses);
+  const int corners = corner_count(d.mesh.shape);
+  CellStresses recovered;
+  recovered.centre.resize(6, d.mesh.cell_count());
+  for (int cell = 0; cell < d.mesh.cell_count(); ++cell) {
+    Voigt sum = Voigt::Zero();
+    for (int c = 0; c < corners; ++c) sum += once.col(d.mesh.cells[cell][c]);
+    recovered.centre.col(cell) = sum / corners;
+  }
+  return 2.0 * once - recover_stress_spr(d, recovered);
+}
+
 }  // namespace finegauge

@@ -23,9 +23,26 @@ namespace finegauge {
 /// alone. Conditions on regions of nodes are not seen, nor is the surface of an immersed body: its walls are those of a
 /// lattice, not the body's.
 ///
-/// Per leaf of a hexahedral mesh the fewest base cells around such an edge that the leaf touches: 0 where it touches
-/// none, 1 at a convex edge, 2 at a flat one, 3 in a notch. All zero for tetrahedra.
+/// Per leaf of a hexahedral mesh a mark of the edge that it touches, 0 where it touches none: the base cells around the
+/// edge (1 at a convex edge, 2 at a flat one, 3 in a notch, 4 or more at a crack) and the exponent λ, to a 64th. Where
+/// it touches several, that with the fewest cells, and of these that with the least λ. Cells that are wider than 5π/9
+/// in the mean count as one: they follow the field no better than a single one. All zero for tetrahedra.
 std::vector<std::uint8_t> cells_at_singular_edges(const BaseMesh& base, const BaseTopology& topology, const Mesh& mesh,
                                                   const std::vector<SupportCondition>& supports, double poisson_ratio);
+
+/// The mark of an edge, not zero, and what it says.
+std::uint8_t singular_edge_mark(int cells_around, double exponent);
+int cells_around_edge(std::uint8_t mark);    ///< 1 to 4
+double exponent_of_edge(std::uint8_t mark);  ///< λ, in (0, 1)
+
+/// What holds the two faces that meet at an edge.
+enum class FaceHold { free, roller, clamped };
+/// The least λ in (1/4, 1) of u ~ r^λ at an edge with the angle ω [rad] of material; 1/2 where all are complex, as at
+/// the end of a clamped part of a flat face. κ = 3 - 4 nu, signs of the modes that are singular first:
+///
+/// - both free, or both clamped: q sin λω = -λ sin ω, q = 1 or κ;
+/// - one free, one clamped: sin² λω = ((κ + 1)² - 4 λ² sin² ω) / 4κ;
+/// - one a roller: the edge mirrored at it.
+double edge_exponent(FaceHold a, FaceHold b, double angle, double poisson_ratio);
 
 }  // namespace finegauge

@@ -12,8 +12,9 @@ namespace finegauge {
 
 /// Problems whose true error is known, and what each estimator makes of it.
 ///
-/// Estimators: `spr`, the paper's; `spr_edges`, which weighs the cells at singular edges and is what scenes use; and
-/// `equilibrated` (core/equilibrated_estimate.hpp), which is meant never to be below the error.
+/// Estimators: `spr`, the paper's; `spr_edges`, which recovers twice over and weighs the cells at singular edges and is
+/// what scenes use; and `equilibrated` (core/equilibrated_estimate.hpp), which is meant never to be below the error.
+/// These rungs are of linear strains in hexahedra full of material; estimator_kinds.hpp has the others.
 struct LadderRung {
   std::string name;
   RefinementForest forest;

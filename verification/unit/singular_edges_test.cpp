@@ -1,7 +1,10 @@
 #include "core/space/singular_edges.hpp"
 
+#include <numbers>
+
 #include "core/mesh/refinement_forest.hpp"
 #include "verification/support/catch.hpp"
+#include "verification/support/exact_field.hpp"
 
 using namespace finegauge;
 
@@ -20,8 +23,13 @@ SupportCondition roller(const char* surface, int axis) {
   return {surface, Eigen::Vector3d(Eigen::Vector3d::Unit(axis)), {}};
 }
 
+/// The cells around the edge that each leaf touches.
 std::vector<std::uint8_t> marks(const RefinementForest& forest, const std::vector<SupportCondition>& supports) {
-  return cells_at_singular_edges(forest.base(), forest.topology(), forest.leaf_mesh(), supports, 0.3);
+  std::vector<std::uint8_t> cells =
+      cells_at_singular_edges(forest.base(), forest.topology(), forest.leaf_mesh(), supports, 0.3);
+  for (std::uint8_t& mark : cells)
+    if (mark != 0) mark = static_cast<std::uint8_t>(cells_around_edge(mark));
+  return cells;
 }
 
 /// Of a box of 3 × 3 × 1 cells, by rows of y: the marks.
@@ -94,4 +102,40 @@ TEST_CASE("of refined cells only those that touch the edge are marked", "[singul
     marked += found[cell] != 0;
   }
   CHECK(marked == 4);  // two cells of the base mesh and two of eight children
+}
+
+TEST_CASE("the exponent at an edge is that of the exact fields", "[singular_edges]") {
+  // The fields are made of Kolosov's potentials and fulfil the conditions on both faces point by point.
+  const auto free = FaceHold::free, roller = FaceHold::roller, clamped = FaceHold::clamped;
+  const double pi = std::numbers::pi, nu = GENERATE(0.1, 0.3, 0.45);
+  CAPTURE(nu);
+  for (const double angle : {1.1 * pi, 1.25 * pi, 1.5 * pi, 1.75 * pi, 2.0 * pi}) {
+    const double exact = corner_exponent(CornerMode::opening, angle);
+    CHECK_THAT(edge_exponent(free, free, angle, nu), WithinAbs(exact, 1e-9));
+    CHECK_THAT(edge_exponent(free, roller, 0.5 * angle, nu), WithinAbs(exact, 1e-9));
+  }
+  Material material;
+  material.poisson_ratio = nu;
+  for (const double angle : {0.5 * pi, 2.0 * pi / 3.0}) {
+    if (angle > 0.5 * pi && nu < 0.3) continue;  // complex
+    double exact = 0.0;
+    clamped_corner_field(angle, 0.0, {0.0, 0.0}, material, &exact);
+    CHECK_THAT(edge_exponent(clamped, free, angle, nu), WithinAbs(exact, 1e-9));
+  }
+  CHECK(edge_exponent(free, clamped, pi, nu) == 0.5);  // complex: 1/2 ± i ln κ / 2π
+  // Clamped notches are less singular than free ones: q > 1.
+  CHECK(edge_exponent(clamped, clamped, 1.5 * pi, nu) > edge_exponent(free, free, 1.5 * pi, nu));
+}
+
+TEST_CASE("a mark holds its edge's cells and exponent, and the sharper edge has the lesser mark", "[singular_edges]") {
+  for (int cells = 1; cells <= 4; ++cells)
+    for (const double exponent : {0.26, 0.5, 0.5445, 0.711, 0.999}) {
+      const std::uint8_t mark = singular_edge_mark(cells, exponent);
+      CHECK(mark != 0);
+      CHECK(cells_around_edge(mark) == cells);
+      CHECK_THAT(exponent_of_edge(mark), WithinAbs(exponent, 1.0 / 128.0 + 1e-12));
+    }
+  CHECK(cells_around_edge(singular_edge_mark(7, 0.5)) == 4);
+  CHECK(singular_edge_mark(1, 0.9) < singular_edge_mark(2, 0.5));
+  CHECK(singular_edge_mark(3, 0.5) < singular_edge_mark(3, 0.6));
 }

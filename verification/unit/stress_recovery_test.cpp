@@ -387,3 +387,42 @@ TEST_CASE("the estimate of a bent bar stays below the bar's energy, however far 
   // Beam theory: 6 length at the clamped end. The corners of that end are singular, but the cells are coarse.
   CHECK(solution.estimate.nodal_stress.cwiseAbs().maxCoeff() < 6.0 * length);
 }
+
+TEST_CASE("recovered twice over, a wave is of fourth order at the centres of cells, and a linear stress stays exact",
+          "[recovery]") {
+  const auto wave = [](const Eigen::Vector3d& X) -> Voigt {
+    return Voigt::Constant(std::sin(5.0 * X.x() + 1.0) * std::cos(4.0 * X.y()) * std::exp(X.z()));
+  };
+  // Two layers from the boundary and more: each recovery reaches one cell far.
+  std::array<double, 2> once{}, twice{};
+  for (const int level : {0, 1}) {
+    const int n = level == 0 ? 12 : 24;
+    const Discretization d = discretization_of({.cells = {n, n, n}});
+    const CellStresses stresses = centre_stresses(d.mesh, wave);
+    const VoigtColumns of_once = recover_stress_spr(d, stresses), of_twice = recover_stress_twice(d, stresses);
+    for (int cell = 0; cell < d.mesh.cell_count(); ++cell) {
+      const Eigen::Vector3d X = centre_of(d.mesh, cell);
+      if (X.minCoeff() < 0.249 || X.maxCoeff() > 0.751) continue;
+      Voigt of_cell = Voigt::Zero(), again = Voigt::Zero();
+      for (const int node : d.mesh.cells[cell]) of_cell += of_once.col(node) / 8.0, again += of_twice.col(node) / 8.0;
+      once[level] = std::max(once[level], (of_cell - wave(X)).cwiseAbs().maxCoeff());
+      twice[level] = std::max(twice[level], (again - wave(X)).cwiseAbs().maxCoeff());
+    }
+  }
+  CHECK_THAT(std::log2(once[0] / once[1]), WithinAbs(2.0, 0.2));
+  CHECK_THAT(std::log2(twice[0] / twice[1]), WithinAbs(4.0, 0.2));
+  CHECK(twice[1] < 0.03 * once[1]);
+
+  const auto linear = [](const Eigen::Vector3d& X) -> Voigt {
+    return (Voigt() << 1.0 + X.x(), X.y() - 2.0, X.z(), X.x() + X.y(), 3.0, X.z() - X.x()).finished();
+  };
+  for (const CellShape shape : {CellShape::hexahedron, CellShape::tetrahedron}) {
+    const Discretization d = discretization_of({.shape = shape, .perturbation = 0.1, .refinements = {{{2, 2, 2}}}});
+    REQUIRE(d.hanging.hanging_count() > 0);
+    const VoigtColumns recovered = recover_stress_twice(d, centre_stresses(d.mesh, linear));
+    double largest = 0.0;
+    for (int node = 0; node < d.mesh.node_count(); ++node)
+      largest = std::max(largest, (recovered.col(node) - linear(d.mesh.nodes.col(node))).cwiseAbs().maxCoeff());
+    CHECK_THAT(largest, WithinAbs(0.0, 1e-11));
+  }
+}
