@@ -78,12 +78,13 @@ void repair_triangles(Check& check) {
 }
 
 void check_intersections(const Check& check) {
-  const auto [pairs, all] = intersecting_triangles(check.checked.surface, most_pairs);
+  const Intersections found = intersecting_triangles(check.checked.surface, most_pairs);
+  const auto& pairs = found.pairs;
   if (pairs.empty()) return;
   std::string first;
   for (std::size_t i = 0; i < pairs.size() && i < 3; ++i)
     first += (i == 0 ? "" : "; ") + check.triangle_words(pairs[i][0]) + " and " + check.triangle_words(pairs[i][1]);
-  check.refuse("found " + std::string(all ? "" : "more than ") +
+  check.refuse("found " + std::string(found.all ? "" : "more than ") +
                counted(pairs.size(), "pair of triangles that intersect", "pairs of triangles that intersect") +
                " (self-intersection): " + first + (pairs.size() > 3 ? "; ..." : "") +
                "; allowed triangles that meet at shared vertices and edges alone");
