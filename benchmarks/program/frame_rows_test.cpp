@@ -49,7 +49,9 @@ const std::vector<std::string> summary_keys = {"frames",
 Scene moving_scene(bool needle) {
   Scene scene;
   scene.name = "made_up";
-  scene.geometry = BoxMeshOptions{.cells = {2, 2, 2}};
+  BoxMeshOptions box;
+  box.cells = {2, 2, 2};
+  scene.geometry = box;
   scene.dynamics.emplace();
   if (needle) scene.needle.emplace();
   return scene;
