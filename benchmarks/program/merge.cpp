@@ -70,8 +70,9 @@ std::map<int, const MergePart*> parts_in_order(std::span<const MergePart> parts,
   return ordered;
 }
 
-Environment joined_environment(std::span<const MergePart> parts) {
-  const Json& first = parts.front().document.at("environment");
+/// Of parts that are there twice, one counts.
+Environment joined_environment(const std::map<int, const MergePart*>& parts) {
+  const Json& first = parts.begin()->second->document.at("environment");
   Environment whole;
   whole.version = first.at("version").get<std::string>();
   whole.commit = first.at("commit").get<std::string>();
@@ -80,8 +81,8 @@ Environment joined_environment(std::span<const MergePart> parts) {
   whole.started = first.at("started").get<std::string>();
   whole.cores = whole.threads = 0;
   std::vector<std::string> processors;
-  for (const MergePart& part : parts) {
-    const Json& own = part.document.at("environment");
+  for (const auto& [number, part] : parts) {
+    const Json& own = part->document.at("environment");
     if (const auto cpu = own.at("cpu").get<std::string>(); std::ranges::find(processors, cpu) == processors.end())
       processors.push_back(cpu);
     whole.cores = std::max(whole.cores, own.at("cores").get<int>());
@@ -149,7 +150,7 @@ ResultDocument join_parts(std::span<const MergePart> parts, const MergeableKind&
   whole.quick = first.at("quick").get<bool>();
   whole.inputs = {first.at("inputs").at("scene").get<std::string>(), first.at("inputs").at("sha256").get<std::string>(),
                   first.at("inputs").at("overrides")};
-  whole.environment = joined_environment(parts);
+  whole.environment = joined_environment(ordered);
   const auto jobs = first.at("summary").at("jobs").get<std::size_t>();
   const auto parts_of = static_cast<std::size_t>(of);
   std::map<std::string, std::size_t> names;

@@ -94,7 +94,7 @@ TEST_CASE("where weights of T are negative, row sums may be too, and the scaled 
           "[lumped_mass][hanging]") {
   // Random forests have such weights once in some 30,000, and too small ones to turn a row sum; here a hanging node is
   // told to extrapolate from two of its masters, as the interpolation of a point outside of them would.
-  const unsigned seed = GENERATE(1u, 2u, 4u);
+  const unsigned seed = GENERATE(2u, 3u, 6u);  // whose forests have such cells, full and cut
   CAPTURE(seed);
   std::mt19937 generator(seed);
   BoxMeshOptions options;
@@ -138,7 +138,8 @@ TEST_CASE("where weights of T are negative, row sums may be too, and the scaled 
     partly_filled.fraction.push_back(cell % 3 == 0 ? 1.0 : 0.25);
     material += partly_filled.fraction.back() * d.shapes.geometry(d.mesh, cell, scratch).volume;
   }
-  const Discretization cut = discretize(forest, std::move(partly_filled), {}, {});
+  Discretization cut = discretize(forest, std::move(partly_filled), {}, {});
+  cut.hanging.weight = d.hanging.weight;
   REQUIRE(!cells_with_scaled_mass(cut).empty());
   CHECK_THAT(lumped_mass(cut, 1.0).sum(), WithinRel(material, 1e-12));
 }
