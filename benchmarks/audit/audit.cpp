@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 
 #include "core/scene/scene_error.hpp"
 #include "core/scene/scene_reader.hpp"
@@ -11,23 +12,31 @@
 namespace finegauge {
 namespace {
 
+ApartResult run_comparison(const AuditOptions& options, const Scene& scene, const Scene& changed) {
+  return run_apart([&] { return to_json(compare_scenes(scene, changed, options.seed)).dump(); },
+                   std::numeric_limits<double>::infinity(), options.interrupted);
+}
+
+SceneComparison told(const ApartResult& result) {
+  if (result.end == ApartResult::End::done) return scene_comparison(Json::parse(result.bytes));
+  SceneComparison failed;
+  failed.why_incomplete = (result.end == ApartResult::End::refused ? "refused: " : "") + result.why;
+  return failed;
+}
+
 SceneComparison compare_apart(const AuditOptions& options, const Scene& scene,
                               const std::vector<std::string>& overrides) {
   std::vector<std::string> set = options.set;
   set.insert(set.end(), overrides.begin(), overrides.end());
   std::optional<Scene> changed;
-  SceneComparison failed;
   try {
     changed = read_scene(options.scene, set);
   } catch (const SceneError& error) {
+    SceneComparison failed;
     failed.why_incomplete = std::string("refused: ") + error.what();
     return failed;
   }
-  const ApartResult result = run_apart([&] { return to_json(compare_scenes(scene, *changed, options.seed)).dump(); },
-                                       std::numeric_limits<double>::infinity(), options.interrupted);
-  if (result.end == ApartResult::End::done) return scene_comparison(Json::parse(result.bytes));
-  failed.why_incomplete = result.why;
-  return failed;
+  return told(run_comparison(options, scene, *changed));
 }
 
 /// Present, spare and dear ones, by what they save, most first.
@@ -93,7 +102,11 @@ Audit run_audit(const AuditOptions& options) {
   Audit audit;
   const double steps = static_cast<double>(ingredients.size()) + 2.0;
   options.progress(0.0, "the scene beside itself, for the noise");
-  audit.with_itself = compare_apart(options, scene, {});
+  const ApartResult itself = run_comparison(options, scene, scene);
+  if (itself.end == ApartResult::End::refused) throw SceneError(itself.why);
+  audit.with_itself = told(itself);
+  if (options.interrupted()) return audit;
+  if (!audit.with_itself.complete) throw std::runtime_error("the scene as it is: " + audit.with_itself.why_incomplete);
   for (const Ingredient& ingredient : ingredients) {
     if (options.interrupted()) return audit;
     options.progress((1.0 + static_cast<double>(audit.ingredients.size())) / steps,

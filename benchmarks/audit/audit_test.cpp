@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/scene/scene_error.hpp"
 #include "verification/support/catch.hpp"
 #include "verification/support/scene_text.hpp"
 
@@ -77,6 +78,25 @@ TEST_CASE("what is left of a scene without its spare parts stays within the tole
   REQUIRE(audit.cheapest);
   CHECK(audit.cheapest->comparison.largest_change() <= 0.01);
   CHECK(std::ranges::find(audit.cheapest->left_out, "inertia") == audit.cheapest->left_out.end());
+}
+
+TEST_CASE("an audit of a scene that does not run says so instead of judging") {
+  CHECK_THROWS_AS(audit_of(replaced(beam(1.0), "point = [4, 0.5, 0.5]", "point = [5, 0.5, 0.5]")), SceneError);
+  // Newton's iteration for a beam that is rolled up does not come to its end in one step.
+  const std::string stubborn = replaced(beam(1e4), "[material]", "[material]\nkinematics = \"corotational\"");
+  CHECK_THROWS_AS(audit_of(stubborn), std::runtime_error);
+}
+
+TEST_CASE("a body without inertia keeps its weight and its damping") {
+  const std::string heavy = beam(0.0) + "[dynamics]\ntime_step = 2e-3\nduration = 0.02\ndensity = 500\n" +
+                            "gravity = [0, 1, -9.81]\nmass_damping = 3\n";
+  const std::vector<Ingredient> list = scene_ingredients(read(heavy));
+  const auto inertia = std::ranges::find(list, "inertia", &Ingredient::name);
+  REQUIRE(inertia != list.end());
+  const Scene without = read(heavy, inertia->overrides);
+  CHECK(without.dynamics->density < 1e-3);
+  CHECK((without.dynamics->density * without.dynamics->gravity - 500.0 * Eigen::Vector3d(0, 1, -9.81)).norm() < 1e-6);
+  CHECK(std::abs(without.dynamics->density * without.dynamics->mass_damping - 1500.0) < 1e-6);
 }
 
 TEST_CASE("a change that cannot be judged is neither needed nor spare") {

@@ -39,7 +39,7 @@ void finish(const std::array<Recording, 2>& runs, double difference, double size
             SceneComparison& made) {
   made.complete = true;
   made.quantity_change = errors_against(runs[0].curves, runs[1].curves, scene.quantities);
-  made.energy_norm_change = size > 0.0 ? std::sqrt(difference / size) : std::nan("");
+  made.energy_norm_change = relative_distance(difference, size);
   made.mean_ms = mean(runs[0].ms), made.changed_mean_ms = mean(runs[1].ms);
   made.p99_ms = percentile(runs[0].ms, 99), made.changed_p99_ms = percentile(runs[1].ms, 99);
   made.unconverged = runs[0].unconverged, made.changed_unconverged = runs[1].unconverged;
@@ -90,8 +90,12 @@ SceneComparison compare_static(const Scene& scene, const Scene& changed, std::ui
     for (const int which : draw_order(random)) {
       const auto k = static_cast<std::size_t>(which);
       const MeasuredRun run = measure_run(*scenes[k], {});
+      if (!run.complete) {
+        SceneComparison failed;
+        failed.why_incomplete = (which == 0 ? "" : "changed: ") + run.why_incomplete;
+        return failed;
+      }
       runs[k].ms.push_back(run.frame_ms.front().front());
-      runs[k].unconverged = run.unconverged;
       runs[k].curves = run.curves;
     }
   SceneComparison made;
@@ -131,18 +135,18 @@ SceneComparison compare_scenes(const Scene& scene, const Scene& changed, std::ui
 }
 
 Json to_json(const SceneComparison& c) {
+  const auto number = [](double value) { return std::isfinite(value) ? Json(value) : Json(); };
   Json json = {{"complete", c.complete},
                {"why_incomplete", c.why_incomplete},
                {"quantity_change", Json::object()},
-               {"energy_norm_change", std::isfinite(c.energy_norm_change) ? Json(c.energy_norm_change) : Json()},
-               {"mean_ms", c.mean_ms},
-               {"changed_mean_ms", c.changed_mean_ms},
-               {"p99_ms", c.p99_ms},
-               {"changed_p99_ms", c.changed_p99_ms},
+               {"energy_norm_change", number(c.energy_norm_change)},
+               {"mean_ms", number(c.mean_ms)},
+               {"changed_mean_ms", number(c.changed_mean_ms)},
+               {"p99_ms", number(c.p99_ms)},
+               {"changed_p99_ms", number(c.changed_p99_ms)},
                {"unconverged", c.unconverged},
                {"changed_unconverged", c.changed_unconverged}};
-  for (const auto& [name, change] : c.quantity_change)
-    json["quantity_change"][name] = std::isfinite(change) ? Json(change) : Json();
+  for (const auto& [name, change] : c.quantity_change) json["quantity_change"][name] = number(change);
   return json;
 }
 
@@ -153,10 +157,8 @@ SceneComparison scene_comparison(const Json& json) {
   json.at("why_incomplete").get_to(c.why_incomplete);
   for (const auto& [name, change] : json.at("quantity_change").items()) c.quantity_change[name] = number(change);
   c.energy_norm_change = number(json.at("energy_norm_change"));
-  json.at("mean_ms").get_to(c.mean_ms);
-  json.at("changed_mean_ms").get_to(c.changed_mean_ms);
-  json.at("p99_ms").get_to(c.p99_ms);
-  json.at("changed_p99_ms").get_to(c.changed_p99_ms);
+  c.mean_ms = number(json.at("mean_ms")), c.changed_mean_ms = number(json.at("changed_mean_ms"));
+  c.p99_ms = number(json.at("p99_ms")), c.changed_p99_ms = number(json.at("changed_p99_ms"));
   json.at("unconverged").get_to(c.unconverged);
   json.at("changed_unconverged").get_to(c.changed_unconverged);
   return c;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <string>
 #include <vector>
@@ -12,13 +13,16 @@ namespace finegauge {
 
 /// A scene and a changed one, side by side.
 struct SceneComparison {
-  bool complete = false;  ///< both to the end; frames that did not converge are counted, and count as complete
+  /// Both to the end. Frames of moving scenes that did not converge are counted, and count as complete; a static scene
+  /// that did not is no solution.
+  bool complete = false;
   std::string why_incomplete;
   std::map<std::string, double> quantity_change;  ///< relative to the first, by quantity (errors_against); NaN: nothing
                                                   ///< to compare
-  double energy_norm_change = 0.0;                ///< of the strains of all instants, relative
-  double mean_ms = 0.0, changed_mean_ms = 0.0;    ///< of a frame, processor time
-  double p99_ms = 0.0, changed_p99_ms = 0.0;
+  /// Of the strains of all instants, relative; 0 between two bodies at rest. NaN until both are complete, like times.
+  double energy_norm_change = std::numeric_limits<double>::quiet_NaN();
+  double mean_ms = energy_norm_change, changed_mean_ms = energy_norm_change;  ///< of a frame, processor time
+  double p99_ms = energy_norm_change, changed_p99_ms = energy_norm_change;
   int unconverged = 0, changed_unconverged = 0;
 
   double time_change() const { return changed_mean_ms / mean_ms - 1.0; }

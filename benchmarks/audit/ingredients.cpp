@@ -13,6 +13,10 @@ std::string text(double value) {
   return buffer.data();
 }
 
+std::string text(const Eigen::Vector3d& value) {
+  return "[" + text(value.x()) + ", " + text(value.y()) + ", " + text(value.z()) + "]";
+}
+
 std::string key(const std::string& name, const std::string& value) {
   std::string both = name;
   return both.append("=").append(value);
@@ -21,6 +25,9 @@ std::string key(const std::string& name, const std::string& value) {
 /// A needle of so many times the stiffness and a body of so small a share of the density are rigid and massless for
 /// what can be seen, and still well within round-off.
 constexpr double rigid = 1e4, massless = 1e-6;
+
+/// Share of an attachment's way that is no motion. Not zero, which a scene may not say of an attachment that breathes.
+constexpr double unmoved = 1e-9;
 
 bool moves(const SceneAttachment& attachment) { return attachment.course && !attachment.displacement.isZero(0.0); }
 
@@ -41,7 +48,11 @@ void add_dynamics(const Scene& scene, std::vector<Ingredient>& list) {
   const SceneDynamics& dynamics = *scene.dynamics;
   std::vector<std::string> light = {key("dynamics.density", text(massless * dynamics.density))};
   if (scene.needle) light.push_back(key("needle.density", text(massless * scene.needle->properties.density)));
-  list.push_back({"inertia", "masses, a millionth of them left", true, light});
+  // Weight and damping of mass are forces of their own, with names of their own: they stay.
+  if (!dynamics.gravity.isZero(0.0)) light.push_back(key("dynamics.gravity", text(dynamics.gravity / massless)));
+  if (dynamics.mass_damping > 0.0)
+    light.push_back(key("dynamics.mass_damping", text(dynamics.mass_damping / massless)));
+  list.push_back({"inertia", "masses, a millionth of them left; weight and damping stay", true, light});
   if (dynamics.mass_damping > 0.0 || dynamics.stiffness_damping > 0.0)
     list.push_back(
         {"damping", "of mass and stiffness", true, {"dynamics.mass_damping=0", "dynamics.stiffness_damping=0"}});
@@ -55,7 +66,7 @@ void add_dynamics(const Scene& scene, std::vector<Ingredient>& list) {
     list.push_back({"adaptivity",
                     "a mesh that follows the error: one level of 2x2x2",
                     false,
-                    {"adapt.max_depth=1", "dynamics.estimate_error=true"}});
+                    {"adapt.enabled=true", "adapt.max_depth=1", "dynamics.estimate_error=true"}});
     if (dynamics.estimate_error)
       list.push_back(
           {"estimate", "the error of each frame, which nothing follows", true, {"dynamics.estimate_error=false"}});
@@ -70,7 +81,8 @@ void add_dynamics(const Scene& scene, std::vector<Ingredient>& list) {
   std::vector<std::string> still;
   for (std::size_t i = 0; i < scene.attachments.size(); ++i)
     if (moves(scene.attachments[i]))
-      still.push_back(key("attachment[" + std::to_string(i) + "].displacement", "[0, 0, 0]"));
+      still.push_back(
+          key("attachment[" + std::to_string(i) + "].displacement", text(unmoved * scene.attachments[i].displacement)));
   if (!still.empty()) list.push_back({"breathing", "attachments that move", true, still});
 }
 
@@ -110,7 +122,8 @@ std::vector<Ingredient> scene_ingredients(const Scene& scene) {
   if (scene.adapt)
     list.push_back({"adaptivity", "refinement by estimated error", true, {"adapt.enabled=false"}});
   else
-    list.push_back({"adaptivity", "refinement by estimated error: two steps", false, {"adapt.steps=2"}});
+    list.push_back(
+        {"adaptivity", "refinement by estimated error: two steps", false, {"adapt.enabled=true", "adapt.steps=2"}});
   return list;
 }
 

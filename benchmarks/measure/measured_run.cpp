@@ -105,34 +105,54 @@ bool pass(const Scene& scene, bool first, const InstantVisitor& instants, const 
   return (scene.dynamics ? pass_moving : pass_static)(scene, first, instants, go_on, run);
 }
 
-/// Passes until they are enough; what went wrong is told in the run.
-void make_passes(const Scene& scene, const MeasureOptions& options, const InstantVisitor& instants, MeasuredRun& run) {
+/// Passes until they are enough. What went wrong, or nothing.
+std::string pass_often(const Scene& scene, const MeasureOptions& options, const InstantVisitor& instants,
+                       MeasuredRun& run) {
   double spent = 0.0;  // [s]
   for (int number = 0; number < options.passes_most; ++number) {
     if (number >= options.passes_least && spent >= options.seconds) break;
     try {
       if (!pass(scene, number == 0, instants, options.go_on, run)) {
-        run.why_incomplete = "stopped";
-        return;
+        return "stopped";
       }
     } catch (const SceneError&) {
       throw;
     } catch (const std::exception& error) {
       const std::size_t frame = number == 0 ? static_cast<std::size_t>(run.frames) + 1 : run.frame_ms.back().size() + 1;
-      run.why_incomplete = "frame " + std::to_string(frame) + " could not be computed: " + error.what();
-      return;
+      return "frame " + std::to_string(frame) + " could not be computed: " + error.what();
     }
     spent += 1e-3 * std::accumulate(run.frame_ms.back().begin(), run.frame_ms.back().end(), 0.0);
   }
-  if (scene.dynamics) run.dofs_mean /= std::max(1, run.frames);
-  run.peak_memory_mb = peak_memory_mb();
   if (run.unconverged > 0)
-    run.why_incomplete =
-        std::to_string(run.unconverged) + " of " + std::to_string(run.frames) + " frames did not converge";
-  run.complete = run.unconverged == 0;
+    return std::to_string(run.unconverged) + " of " + std::to_string(run.frames) + " frames did not converge";
+  return {};
+}
+
+/// The same; what went wrong is told in the run.
+void make_passes(const Scene& scene, const MeasureOptions& options, const InstantVisitor& instants, MeasuredRun& run) {
+  run.why_incomplete = pass_often(scene, options, instants, run);
+  run.complete = run.why_incomplete.empty();
+  run.dofs_mean /= std::max(1, run.frames);
+  run.peak_memory_mb = peak_memory_mb();
+}
+
+bool same_places(const StrainSamples& a, const StrainSamples& b) {
+  return a.places.cols() == b.places.cols() && a.places == b.places;
 }
 
 }  // namespace
+
+double relative_distance(double difference, double size) {
+  if (difference == 0.0 && size == 0.0) return 0.0;
+  return size > 0.0 ? std::sqrt(difference / size) : std::nan("");
+}
+
+void require_start(const Scene& scene) {
+  if (scene.dynamics)
+    (void)MovingSimulation(scene);
+  else
+    (void)run_static(scene, [](const StaticView&) { return false; });
+}
 
 MeasuredRun measure_run(const Scene& scene, const MeasureOptions& options) {
   MeasuredRun run;
@@ -143,19 +163,22 @@ MeasuredRun measure_run(const Scene& scene, const MeasureOptions& options) {
     for (const StrainInstant& instant : options.reference->instants) instants.times.push_back(instant.time);
     instants.visit = [&](std::size_t i, const RefinementForest& forest, const Mesh& mesh, const Eigen::Matrix3Xd& u) {
       const StrainSamples& samples = options.reference->instants[i].strains;
+      Material norm = scene.material;
+      norm.kinematics = options.reference->kinematics;
       // A reference whose mesh follows the solution has other places at each instant.
-      if (i == 0 || samples.places != options.reference->instants[i - 1].strains.places)
+      if (i == 0 || !same_places(samples, options.reference->instants[i - 1].strains))
         points = locate_samples(forest.base(), samples);
-      const StrainDistance distance = strain_distance(samples, points, forest, mesh, u, scene.material);
+      const StrainDistance distance = strain_distance(samples, points, forest, mesh, u, norm);
       sum.difference += distance.difference;
       sum.size += distance.size;
       run.left_out = std::max(run.left_out, distance.left_out);
     };
   }
   make_passes(scene, options, instants, run);
+  run.reference_size = sum.size;
   if (options.reference && run.complete) {
     run.errors = errors_against(options.reference->curves, run.curves, scene.quantities);
-    run.errors["energy_norm"] = sum.size > 0.0 ? std::sqrt(sum.difference / sum.size) : std::nan("");
+    run.errors["energy_norm"] = run.left_out < 1.0 ? relative_distance(sum.difference, sum.size) : std::nan("");
   }
   return run;
 }
@@ -163,6 +186,7 @@ MeasuredRun measure_run(const Scene& scene, const MeasureOptions& options) {
 std::optional<ReferenceRun> record_reference(const Scene& scene, const std::vector<double>& times, std::string& why,
                                              const std::function<bool(double)>& go_on) {
   ReferenceRun reference;
+  reference.kinematics = scene.material.kinematics;
   InstantVisitor instants;
   instants.times = scene.dynamics ? times : std::vector<double>{0.0};
   instants.visit = [&](std::size_t i, const RefinementForest&, const Mesh& mesh, const Eigen::Matrix3Xd& u) {
@@ -186,6 +210,7 @@ std::vector<double> instants_of(const Scene& scene, double step, int count) {
     const double time = step * std::floor(end * i / count / step + 1e-9);
     if (time > 0.0 && (times.empty() || time > times.back())) times.push_back(time);
   }
+  if (times.empty()) times.push_back(end);
   return times;
 }
 

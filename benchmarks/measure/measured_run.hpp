@@ -23,8 +23,11 @@ struct StrainInstant {
 struct ReferenceRun {
   RunCurves curves;
   std::vector<StrainInstant> instants;  ///< ascending in time
+  /// Whether its strains are measured in a frame that turns: the norm of all that is compared with it, whatever the
+  /// compared runs leave out.
+  Kinematics kinematics = Kinematics::linear;
 };
-/// Bytes for a file (CBOR), and back; throws nlohmann's exceptions on other bytes.
+/// Bytes for a file (CBOR), and back; throws nlohmann's exceptions and std::runtime_error on other bytes.
 std::vector<std::uint8_t> to_bytes(const ReferenceRun& reference);
 ReferenceRun reference_run(const std::vector<std::uint8_t>& bytes);
 
@@ -44,6 +47,7 @@ struct MeasuredRun {
   std::optional<double> eta_max;         ///< largest estimate of the relative error; none where nothing was estimated
   double peak_memory_mb = 0.0;           ///< of the process
   std::map<std::string, double> errors;  ///< relative, against the reference: `energy_norm` and by quantity
+  double reference_size = 0.0;           ///< square of the reference's energy norm, over what was compared [J]
   double left_out = 0.0;  ///< share of the volume that energy_norm could not compare, largest of the instants
 };
 Json to_json(const MeasuredRun& run);
@@ -64,6 +68,13 @@ struct MeasureOptions {
 /// frame nearest to the instant's time.
 MeasuredRun measure_run(const Scene& scene, const MeasureOptions& options);
 
+/// √(difference / size) of squares of norms; 0 of two bodies at rest, NaN of one that is off from one at rest.
+double relative_distance(double difference, double size);
+
+/// Throws SceneError for a scene that cannot start, which reading it does not show: a quantity's point is not in the
+/// body, a needle starts in it, nothing holds it. Takes as long as a static scene's first solve.
+void require_start(const Scene& scene);
+
 /// Runs the scene and records it, with its strains at the ends of the frames nearest to `times`; a static scene has one
 /// instant whatever is asked. None, with the reason in `why`, for a run that is incomplete.
 std::optional<ReferenceRun> record_reference(
@@ -71,7 +82,8 @@ std::optional<ReferenceRun> record_reference(
     const std::function<bool(double)>& go_on = [](double) { return true; });
 
 /// `count` times, equally spaced to the end of the duration but for rounding to whole `step`s, so that runs whose time
-/// steps divide `step` have frames that end there. Zero alone for a static scene.
+/// steps divide `step` have frames that end there; the end alone where the duration is shorter than `step`. Zero alone
+/// for a static scene.
 std::vector<double> instants_of(const Scene& scene, double step, int count);
 
 }  // namespace finegauge

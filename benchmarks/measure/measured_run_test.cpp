@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "core/mesh/base_mesh.hpp"
+#include "core/scene/scene_error.hpp"
 #include "verification/support/catch.hpp"
 #include "verification/support/scene_text.hpp"
 
@@ -131,6 +132,63 @@ TEST_CASE("a reference is no distance from itself, and a body that moves is comp
   CHECK(ratio < 2.5);
 }
 
+TEST_CASE("a reference whose mesh follows the solution is no distance from itself") {
+  const Scene scene = read(std::string(beam) + "[dynamics]\ntime_step = 4e-3\nduration = 0.04\ndensity = 1\n" +
+                               "[adapt]\nmax_depth = 1\ntheta = 0.5\n",
+                           {"box.cells=[8, 2, 2]"});
+  std::string why;
+  const auto reference = record_reference(scene, instants_of(scene, 4e-3, 5), why);
+  INFO(why);
+  REQUIRE(reference);
+  const auto places = [&](std::size_t i) { return reference->instants[i].strains.places.cols(); };
+  bool other = false;  // else every instant has the places of the one before
+  for (std::size_t i = 1; i < reference->instants.size(); ++i) other |= places(i) != places(i - 1);
+  REQUIRE(other);
+  MeasureOptions options;
+  options.reference = &*reference;
+  const MeasuredRun same = measure_run(scene, options);
+  REQUIRE(same.complete);
+  CHECK(same.errors.at("energy_norm") == 0.0);
+}
+
+TEST_CASE("runs with and without corotation are compared in the reference's norm") {
+  const std::string bent = replaced(beam, "total_force = [0, 0, -1]", "total_force = [0, 0, -6]");
+  const Strings turning = {"material.kinematics=corotational"}, small = {"material.kinematics=linear"};
+  std::string why;
+  const auto reference = record_reference(read(bent, turning), {0.0}, why);
+  INFO(why);
+  REQUIRE(reference);
+  MeasureOptions options;
+  const ReferenceRun back = reference_run(to_bytes(*reference));
+  options.reference = &back;
+  const MeasuredRun same = measure_run(read(bent, turning), options), linear = measure_run(read(bent, small), options);
+  CHECK(same.errors.at("energy_norm") == 0.0);
+  CHECK(linear.errors.at("energy_norm") > 0.1);
+  REQUIRE(same.reference_size > 0.0);
+  CHECK(linear.reference_size == same.reference_size);
+}
+
+TEST_CASE("a scene that cannot start is refused before it is run, and bytes that are no reference are refused") {
+  CHECK_NOTHROW(require_start(read(beam)));
+  const std::string outside = replaced(beam, "point = [4, 0.5, 0.5]", "point = [5, 0.5, 0.5]");
+  CHECK_THROWS_AS(require_start(read(outside)), SceneError);
+  std::string why;
+  auto reference = record_reference(read(beam), {0.0}, why);
+  REQUIRE(reference);
+  reference->instants.front().strains.volumes.conservativeResize(2);
+  CHECK_THROWS_AS(reference_run(to_bytes(*reference)), std::runtime_error);
+  Json json = Json::from_cbor(to_bytes(*reference));
+  json["instants"][0]["places"].get_binary().pop_back();
+  CHECK_THROWS_AS(reference_run(Json::to_cbor(json)), std::runtime_error);
+}
+
+TEST_CASE("a run that is shorter than the longest step has one instant, its end") {
+  const std::string swing = std::string(beam) + "[dynamics]\ntime_step = 2e-3\nduration = 6e-3\ndensity = 1\n";
+  const std::vector<double> times = instants_of(read(swing), 8e-3, 5);
+  REQUIRE(times.size() == 1);
+  CHECK(std::abs(times.front() - 6e-3) < 1e-12);
+}
+
 TEST_CASE("curves are off by what they differ, whatever their frames") {
   RunCurves exact, found;
   const auto fill = [](RunCurves& curves, int frames, double factor) {
@@ -152,7 +210,9 @@ TEST_CASE("curves are off by what they differ, whatever their frames") {
   CHECK(std::abs(errors.at("energy") - 0.1) < 1e-12);
   CHECK(std::abs(errors.at("place") - 0.1) < 1e-12);
   CHECK(std::abs(errors.at("curve") - 0.1) < 1e-3);
-  CHECK(std::abs(errors.at("tip") - 0.1) < 2e-3);  // half a frame of the tip's work at its step
+  CHECK(std::abs(errors.at("tip") - 0.1) < 2e-3);                     // half a frame of the tip's work at its step
+  found.add(1.5, {{"energy", 100.0}, {"place", {100.0, 0.0, 0.0}}});  // after the reference's end
+  CHECK(std::abs(errors_against(exact, found, quantities).at("energy") - 0.1) < 1e-12);
   RunCurves empty;
   CHECK(std::isnan(errors_against(exact, empty, quantities).at("place")));
   CHECK(std::isnan(errors_against(exact, empty, quantities).at("tip")));

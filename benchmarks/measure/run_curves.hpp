@@ -24,7 +24,7 @@ RunCurves run_curves(const Json& json);
 /// How far each of the scene's quantities is off, relative, by name; NaN where there is nothing to compare.
 ///
 /// - displacement, energy: root mean square over the times of `curves` of the difference, over that of the reference
-///   (interpolated between its frames)
+///   (interpolated between its frames; frames after its last are left out)
 /// - force_curve: the same of the whole force over the travel of the tip, on the way in (force_curves.hpp)
 /// - tip_force: the difference of the tip's work over the travel that both cover on the way in, over the reference's
 ///   work. The force itself jumps at every cut, and its phase would hide its size.

@@ -1,6 +1,7 @@
 #include "benchmarks/measure/strain_samples.hpp"
 
 #include <Eigen/LU>
+#include <cassert>
 
 #include "core/elasticity/cell_geometry.hpp"
 #include "core/elasticity/rotation.hpp"
@@ -64,6 +65,7 @@ std::vector<std::optional<MaterialPoint>> locate_samples(const BaseMesh& base, c
 StrainDistance strain_distance(const StrainSamples& samples, const std::vector<std::optional<MaterialPoint>>& points,
                                const RefinementForest& forest, const Mesh& mesh, const Eigen::Matrix3Xd& u,
                                const Material& material) {
+  assert(points.size() == static_cast<std::size_t>(samples.places.cols()));
   StrainDistance sum;
   double left_out = 0.0;  // [m³]
   for (Eigen::Index i = 0; i < samples.places.cols(); ++i) {

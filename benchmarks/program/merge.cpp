@@ -97,7 +97,7 @@ Environment joined_environment(const std::map<int, const MergePart*>& parts) {
 }  // namespace
 
 std::span<const MergeableKind> mergeable_kinds() {
-  static const std::array kinds = {mergeable_atlas()};
+  static const std::array kinds = {mergeable_atlas(), mergeable_trade()};
   return kinds;
 }
 

@@ -30,6 +30,8 @@ struct MergeableKind {
 std::span<const MergeableKind> mergeable_kinds();
 /// Of finegauge atlas.
 MergeableKind mergeable_atlas();
+/// Of finegauge trade.
+MergeableKind mergeable_trade();
 
 /// The one document in a directory that is a part. Throws UsageError.
 MergePart read_part(const std::filesystem::path& directory);

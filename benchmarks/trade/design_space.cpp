@@ -231,6 +231,22 @@ void add_static(const Scene& scene, std::vector<TradeAxis>& axes) {
 
 }  // namespace
 
+Json to_json(const TradeAxis& axis) {
+  Json json = {{"name", axis.name}, {"about", axis.about}, {"own", axis.own}, {"choices", Json::array()}};
+  for (const TradeChoice& choice : axis.choices)
+    json["choices"].push_back({{"label", choice.label}, {"overrides", choice.overrides}});
+  return json;
+}
+
+TradeAxis trade_axis(const Json& json) {
+  TradeAxis axis{
+      json.at("name").get<std::string>(), json.at("about").get<std::string>(), {}, json.at("own").get<int>()};
+  for (const Json& choice : json.at("choices"))
+    axis.choices.push_back(
+        {choice.at("label").get<std::string>(), choice.at("overrides").get<std::vector<std::string>>()});
+  return axis;
+}
+
 std::vector<TradeAxis> trade_axes(const Scene& scene) {
   std::vector<TradeAxis> axes;
   add(axes, base_mesh_axis(scene));
@@ -291,7 +307,8 @@ TradeReference trade_reference(const Scene& scene) {
   if (!scene.dynamics) {
     // Refined until it is large, by direction: at edges where the stress has no bound this is what converges fast
     // enough for one run to be a truth for others.
-    add_mesh(reference_mesh_factor, reference.coarser);
+    add_mesh(coarser_mesh_factor, reference.coarser);
+    both("adapt.enabled", "true");
     both("adapt.steps", "40");
     both("adapt.theta", "0.3");
     both("adapt.policy", cell_shape(scene) == CellShape::hexahedron ? "directional" : "template");

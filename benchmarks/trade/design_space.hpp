@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "benchmarks/program/result_document.hpp"
 #include "core/scene/scene.hpp"
 
 namespace finegauge {
@@ -20,6 +21,9 @@ struct TradeAxis {
   std::vector<TradeChoice> choices;
   int own = 0;  ///< the scene's own
 };
+
+Json to_json(const TradeAxis& axis);
+TradeAxis trade_axis(const Json& json);
 
 /// The axes that a scene has: without a needle there is none of its elements. What would change the problem instead of
 /// how it is solved (moduli, strokes, friction, and cut_advance, which is the length of a cut as well as the spacing of

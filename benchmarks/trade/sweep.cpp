@@ -41,8 +41,11 @@ std::vector<double> QuasiRandom::point(int index) {
 }
 
 // Two numbers for each axis: filling uses the first, a step from the front both (whether the axis moves, and where to).
-TradePlan::TradePlan(std::vector<TradeAxis> axes, int points, std::uint64_t seed)
-    : axes_(std::move(axes)), points_(points), random_(2 * static_cast<int>(axes_.size()) + 1, seed) {}
+TradePlan::TradePlan(std::vector<TradeAxis> axes, int points, std::uint64_t seed, bool fill_only)
+    : axes_(std::move(axes)),
+      points_(points),
+      fill_only_(fill_only),
+      random_(2 * static_cast<int>(axes_.size()) + 1, seed) {}
 
 bool TradePlan::take(const TradeSetting& setting, std::vector<TradeSetting>& round) {
   if (!planned_.insert(setting).second) return false;
@@ -52,7 +55,7 @@ bool TradePlan::take(const TradeSetting& setting, std::vector<TradeSetting>& rou
 
 void TradePlan::fill(std::vector<TradeSetting>& round) {
   take(own_setting(axes_), round);
-  const auto wanted = static_cast<std::size_t>(std::lround(share_of_filling * points_));
+  const auto wanted = static_cast<std::size_t>(std::lround((fill_only_ ? 1.0 : share_of_filling) * points_));
   for (int misses = 0; planned_.size() < wanted && misses < tries_for_a_point;) {
     const std::vector<double> at = random_.point(index_++);
     TradeSetting setting;
@@ -97,7 +100,7 @@ std::vector<TradeSetting> TradePlan::next_round(const std::vector<TradeJob>& fin
   std::vector<TradeSetting> round;
   if (planned_.empty())
     fill(round);
-  else if (planned_.size() < static_cast<std::size_t>(points_))
+  else if (!fill_only_ && planned_.size() < static_cast<std::size_t>(points_))
     refine(finished, round);
   return round;
 }

@@ -31,6 +31,7 @@ class QuasiRandom {
 struct TradeJob {
   int number = 0;  ///< 0: the scene as it is
   TradeSetting setting;
+  bool elsewhere = false;  ///< of another shard, and not tried here
   MeasuredRun run;
   std::vector<std::vector<double>> more_passes;  ///< frame times of the rounds in which the front is timed again [ms]
 };
@@ -39,7 +40,8 @@ struct TradeJob {
 /// found by exact counts, never of a time, so that a sweep that is resumed goes on as if nothing had happened.
 class TradePlan {
  public:
-  TradePlan(std::vector<TradeAxis> axes, int points, std::uint64_t seed);
+  /// `fill_only`: no rounds around fronts, which take the jobs of all shards together.
+  TradePlan(std::vector<TradeAxis> axes, int points, std::uint64_t seed, bool fill_only = false);
 
   /// Number 0 is the scene's own setting; three fifths of the points fill the space evenly, the rest come in rounds
   /// around the fronts of work and error, one front for each error, of all jobs before the round.
@@ -55,6 +57,7 @@ class TradePlan {
 
   std::vector<TradeAxis> axes_;
   int points_;
+  bool fill_only_;
   QuasiRandom random_;
   int index_ = 0;                   ///< of the sequence
   std::set<TradeSetting> planned_;  ///< of all rounds

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -32,6 +33,14 @@ double rounded(double value, bool up) {
   return unit * (up ? std::ceil(value / unit - 1e-9) : std::floor(value / unit + 1e-9));
 }
 
+/// Names of quantities are any text.
+std::string file_name(std::string text) {
+  for (char& letter : text)
+    if (!std::isalnum(static_cast<unsigned char>(letter)) && letter != '.' && letter != '_' && letter != '-')
+      letter = '_';
+  return text;
+}
+
 std::string quoted(const std::string& text) {
   return text.find_first_of(" []\"'") == std::string::npos ? text : "'" + text + "'";
 }
@@ -45,12 +54,19 @@ std::vector<std::string> measured_quantities(const TradeSweep& sweep) {
   return names;
 }
 
+std::optional<double> reference_error(const TradeSweep& sweep, const std::string& quantity) {
+  const auto found = sweep.reference_errors.find(quantity);
+  if (found == sweep.reference_errors.end() || !(found->second > 0.0 && std::isfinite(found->second))) return {};
+  return found->second;
+}
+
 std::vector<TradeOffer> offers(const TradeSweep& sweep, const std::string& quantity) {
   std::vector<TradeOffer> list;
   for (const TradeJob& job : sweep.jobs) {
     const double error = error_of(job, quantity);
-    list.push_back(std::isfinite(error) ? TradeOffer{error, promised_rate(frame_timing(all_passes(job)))}
-                                        : TradeOffer{std::numeric_limits<double>::infinity(), 0.0});
+    list.push_back(std::isfinite(error) && counts(sweep.jobs, job)
+                       ? TradeOffer{error, promised_rate(frame_timing(all_passes(job)))}
+                       : TradeOffer{std::numeric_limits<double>::infinity(), 0.0});
   }
   return list;
 }
@@ -68,7 +84,8 @@ TradeAnswer answer(const TradeSweep& sweep, const std::string& quantity, const T
 std::vector<TradeQuestion> questions_of_front(const TradeSweep& sweep, const std::string& quantity) {
   const std::vector<TradeOffer> list = offers(sweep, quantity);
   std::vector<std::size_t> front = timed_front(sweep.jobs, quantity);
-  std::erase_if(front, [&](std::size_t i) { return !(list[i].error > 0.0); });
+  const double least = reference_error(sweep, quantity).value_or(0.0);
+  std::erase_if(front, [&](std::size_t i) { return !(list[i].error > least); });
   std::vector<TradeQuestion> questions;
   if (front.empty()) return questions;
   const double worst = std::log(list[front.front()].error), best = std::log(list[front.back()].error);
@@ -99,6 +116,7 @@ Json trade_rows(const TradeSweep& sweep, const std::string& quantity) {
   Json rows = Json::array();
   for (std::size_t i = 0; i < sweep.jobs.size(); ++i) {
     const TradeJob& job = sweep.jobs[i];
+    if (job.elsewhere) continue;
     Json row = {{"job", job.number}};
     for (std::size_t a = 0; a < sweep.axes.size(); ++a)
       row["setting"][sweep.axes[a].name] = sweep.axes[a].choices[static_cast<std::size_t>(job.setting[a])].label;
@@ -124,10 +142,14 @@ Json trade_rows(const TradeSweep& sweep, const std::string& quantity) {
       }
       row["frames_per_second"] = mean_rate(job);
       row["promised_rate"] = promised_rate(timing);
+    } else {
+      row["frame_ms"] = {{"p50", Json()}, {"p99", Json()}};
+      row["frame_ms_reason"] = job.run.why_incomplete;
     }
     row["frames"] = job.run.frames;
     row["unconverged_frames"] = job.run.unconverged;
-    row["dofs"] = {{"start", job.run.dofs_start}, {"mean", job.run.dofs_mean}, {"max", job.run.dofs_max}};
+    row["dofs"] = job.run.dofs_max;
+    row["dofs_start"] = job.run.dofs_start, row["dofs_mean"] = job.run.dofs_mean;
     row["refined"] = job.run.refined, row["coarsened"] = job.run.coarsened;
     row["iterations"] = job.run.iterations;
     row["work"] = job.run.work;
@@ -161,6 +183,11 @@ Json to_json(const TradeSweep& sweep, const TradeAnswer& answer, const std::stri
   };
   if (answer.job) {
     json.update(tell(*answer.job));
+    const std::optional<double> least = reference_error(sweep, quantity);
+    json["reference_error"] = least ? Json(*least) : Json();
+    if (!least) json["reference_error_reason"] = "a coarser reference says nothing of it";
+    json["below_reference"] = least ? Json(answer.offer.error < *least) : Json();
+    if (!least) json["below_reference_reason"] = json["reference_error_reason"];
   } else {
     json["why"] = "no setting that was tried is both right and fast enough";
     if (answer.nearest.fast_enough) json["fast_enough"] = tell(*answer.nearest.fast_enough);
@@ -173,7 +200,7 @@ std::vector<Plot> trade_plots(const TradeSweep& sweep, const std::string& name) 
   std::vector<Plot> plots;
   for (const std::string& quantity : measured_quantities(sweep)) {
     Plot plot;
-    plot.file = name + "_trade_" + quantity + ".svg";
+    plot.file = file_name(name + "_trade_" + quantity) + ".svg";
     plot.title = name + ": error of " + quantity + " against the time of a frame";
     plot.x_label = "frame time, 99 of 100 frames are faster [processor ms]";
     plot.y_label = "relative error against the reference";
@@ -191,10 +218,8 @@ std::vector<Plot> trade_plots(const TradeSweep& sweep, const std::string& name) 
       front.y.push_back(error_of(sweep.jobs[i], quantity));
     }
     plot.series = {all, front, own};
-    if (const auto off = sweep.reference_errors.find(quantity);
-        off != sweep.reference_errors.end() && off->second > 0.0 && !front.x.empty())
-      plot.series.push_back(
-          {"the reference's own", {front.x.front(), front.x.back()}, {off->second, off->second}, false, false});
+    if (const auto off = reference_error(sweep, quantity); off && !front.x.empty())
+      plot.series.push_back({"the reference's own", {front.x.front(), front.x.back()}, {*off, *off}, false, false});
     plots.push_back(std::move(plot));
   }
   return plots;
@@ -210,8 +235,9 @@ std::vector<std::string> trade_table(const TradeSweep& sweep, const std::string&
   for (const std::string& name : names)
     if (const auto off = sweep.reference_errors.find(name); off != sweep.reference_errors.end())
       lines.push_back("  " + name + ": the reference is " +
-                      (std::isfinite(off->second) ? number(100.0 * off->second) + " % from a coarser one"
-                                                  : "nothing to compare with"));
+                      (reference_error(sweep, name) ? number(100.0 * off->second) + " % from a coarser one"
+                       : off->second == 0.0         ? "the same as a coarser one, which says nothing of its error"
+                                                    : "nothing to compare with"));
   std::string head = "       p50 ms   p99 ms  noise   dofs";
   for (const std::string& name : names) head += "  " + name;
   lines.push_back("");

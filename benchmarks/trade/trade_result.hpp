@@ -22,12 +22,16 @@ struct TradeAnswer {
 /// Errors that runs were measured by, the first one the energy norm's.
 std::vector<std::string> measured_quantities(const TradeSweep& sweep);
 
-/// Jobs that did not end well have a rate of zero and an infinite error.
+/// How far the reference may itself be off, by its distance from a coarser one; none where that is not known (no such
+/// quantity, or the two are the same).
+std::optional<double> reference_error(const TradeSweep& sweep, const std::string& quantity);
+
+/// Jobs that did not end well have a rate of zero and an infinite error, and so have those that `counts` leaves out.
 std::vector<TradeOffer> offers(const TradeSweep& sweep, const std::string& quantity);
 TradeAnswer answer(const TradeSweep& sweep, const std::string& quantity, const TradeQuestion& question);
 
 /// Three questions that the front itself answers, at a quarter, half and three quarters of its way in errors
-/// (logarithmic): for who asked none. Fewer where the front is short.
+/// (logarithmic): for who asked none. Fewer where the front is short, and none below the reference's own error.
 std::vector<TradeQuestion> questions_of_front(const TradeSweep& sweep, const std::string& quantity);
 
 /// The document's rows, a row per job; `on_front` is about `quantity`, `fronts` lists all quantities.

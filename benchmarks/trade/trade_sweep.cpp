@@ -8,6 +8,7 @@
 #include <numeric>
 #include <optional>
 #include <random>
+#include <span>
 #include <stdexcept>
 
 #include "benchmarks/program/atomic_file.hpp"
@@ -15,6 +16,7 @@
 #include "benchmarks/program/sha256.hpp"
 #include "benchmarks/trade/front.hpp"
 #include "benchmarks/trade/journal.hpp"
+#include "core/mesh/immersed_body.hpp"
 #include "core/scene/scene_error.hpp"
 #include "core/scene/scene_reader.hpp"
 #include "verification/support/run_apart.hpp"
@@ -42,8 +44,22 @@ std::string packed(MeasuredRun run) {
 MeasuredRun unpacked(const ApartResult& result) {
   if (result.end == ApartResult::End::done) return measured_run(Json::from_cbor(text_as_bytes(result.bytes)));
   MeasuredRun run;
-  run.why_incomplete = result.why;
+  run.why_incomplete = (result.end == ApartResult::End::refused ? "refused: " : "") + result.why;
   return run;
+}
+
+/// What a scene reads from other files, as it came out: the meshes of gmsh files and of organs, and their surfaces.
+std::string geometry_text(const Scene& scene) {
+  const auto* mesh = std::get_if<BaseMesh>(&scene.geometry);
+  if (!mesh) return {};
+  const auto bytes = [](const auto* first, auto count) {
+    return sha256(std::as_bytes(std::span(first, static_cast<std::size_t>(count))));
+  };
+  std::string text = bytes(mesh->nodes.data(), mesh->nodes.size()) + bytes(mesh->cells.data(), mesh->cells.size());
+  for (const auto& [name, faces] : mesh->surfaces) text += "\n" + name + bytes(faces.data(), faces.size());
+  for (const auto& [name, nodes] : mesh->regions) text += "\n" + name + bytes(nodes.data(), nodes.size());
+  if (mesh->body) text += "\n" + bytes(mesh->body->share.data(), mesh->body->share.size());
+  return text + "\n";
 }
 
 /// Everything about one sweep that its steps share.
@@ -56,45 +72,52 @@ class Sweeper {
         wanted_(trade_reference(scene_)) {
     wanted_.fine = joined(std::move(wanted_.fine), options.reference);
     wanted_.coarser = joined(std::move(wanted_.coarser), options.reference);
-    (void)read_scene(options.scene, joined(options.set, wanted_.fine));  // its messages before anything is written
-    (void)read_scene(options.scene, joined(options.set, wanted_.coarser));
+    // Their messages before anything is written.
+    geometry_ = geometry_text(scene_) + geometry_text(read_scene(options.scene, joined(options.set, wanted_.fine))) +
+                geometry_text(read_scene(options.scene, joined(options.set, wanted_.coarser)));
     if (axes_.empty()) throw UsageError(options.scene.string() + ": trade: there is nothing to choose in this scene");
+    key_ = reference_key();
+    if (!options.reference_from.empty())
+      for (const std::filesystem::path& file : {fields(), errors()})
+        if (!std::filesystem::exists(file))
+          throw UsageError("--reference-from: " + file.string() +
+                           " is missing: it belongs to another scene, other settings or another build of the program");
   }
 
-  std::string reference_key() const {
-    const Environment here = describe_environment(1);
-    std::string text = sha256_of_file(options_.scene) + here.version + here.commit;
-    for (const auto& list : {options_.set, wanted_.fine, wanted_.coarser})
-      for (const std::string& one : list) text += "\n" + one;
-    constexpr std::size_t digits = 16;
-    return sha256(text).substr(0, digits);
+  /// Throws SceneError for a scene that cannot start as it is. False when interrupted.
+  bool check_start() const {
+    const ApartResult start = run_apart(
+        [&] {
+          require_start(scene_);
+          return std::string();
+        },
+        no_limit, options_.interrupted);
+    if (start.end == ApartResult::End::refused) throw SceneError(start.why);
+    return start.end != ApartResult::End::stopped;
   }
 
   Json header() const {
-    Json labels = Json::object();
-    for (const TradeAxis& axis : axes_)
-      for (const TradeChoice& choice : axis.choices) labels[axis.name].push_back(choice.label);
-    return {{"sweep", "trade"},         {"reference", reference_key()}, {"points", options_.points},
-            {"seed", options_.seed},    {"seconds", options_.seconds},  {"timing_rounds", options_.timing_rounds},
-            {"axes", std::move(labels)}};
+    Json axes = Json::array();
+    for (const TradeAxis& axis : axes_) axes.push_back(to_json(axis));
+    const Shard& shard = options_.shard;
+    return {{"sweep", "trade"},
+            {"reference", key_},
+            {"points", options_.points},
+            {"seed", options_.seed},
+            {"seconds", options_.seconds},
+            {"timing_rounds", options_.timing_rounds},
+            {"cpu", describe_environment(1).cpu},
+            {"shard", std::to_string(shard.number) + "/" + std::to_string(shard.of)},
+            {"axes", std::move(axes)}};
   }
 
   /// False when interrupted.
   bool prepare_reference(TradeSweep& sweep) {
-    const std::string name = scene_.name + "_reference_" + reference_key();
-    std::filesystem::path folder = options_.directory;
-    if (!options_.reference_from.empty()) {
-      folder = options_.reference_from;
-      if (!std::filesystem::exists(folder / (name + ".json")))
-        throw UsageError("--reference-from: " + (folder / (name + ".json")).string() +
-                         " is missing: it belongs to another scene, other settings or another build of the program");
-    }
-    const std::filesystem::path fields = folder / (name + ".cbor"), errors = folder / (name + ".json");
-    if (!std::filesystem::exists(fields) && !record(fields)) return false;
-    std::ifstream in(fields, std::ios::binary);
+    if (!std::filesystem::exists(fields()) && !record(fields())) return false;
+    std::ifstream in(fields(), std::ios::binary);
     reference_ = reference_run({std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()});
-    if (!std::filesystem::exists(errors) && !compare_references(errors)) return false;
-    std::ifstream found(errors);
+    if (!std::filesystem::exists(errors()) && !compare_references(errors())) return false;
+    std::ifstream found(errors());
     const Json comparison = Json::parse(found);
     for (const auto& [quantity, error] : comparison.at("errors").items())
       sweep.reference_errors[quantity] = error.is_null() ? std::nan("") : error.get<double>();
@@ -122,6 +145,27 @@ class Sweeper {
   const std::string& scene_name() const { return scene_.name; }
 
  private:
+  std::filesystem::path reference_file(const char* extension) const {
+    const std::filesystem::path& folder =
+        options_.reference_from.empty() ? options_.directory : options_.reference_from;
+    return folder / (scene_.name + "_reference_" + key_ + extension);
+  }
+  std::filesystem::path fields() const { return reference_file(".cbor"); }
+  std::filesystem::path errors() const { return reference_file(".json"); }
+
+  /// Of all that the reference depends on, so that one that is found is the right one.
+  std::string reference_key() const {
+    const Environment here = describe_environment(1);
+    std::string text = sha256_of_file(options_.scene) + geometry_;
+    for (const std::string& one : {here.version, here.commit, here.compiler, here.flags}) text += "\n" + one;
+    for (const auto& list : {options_.set, wanted_.fine, wanted_.coarser}) {
+      text += "\n";  // what one list ends with is not what the next begins with
+      for (const std::string& one : list) text += "\n" + one;
+    }
+    constexpr std::size_t digits = 16;
+    return sha256(text).substr(0, digits);
+  }
+
   bool record(const std::filesystem::path& file) const {
     options_.progress(0.0, "the reference run");
     const Scene fine = read_scene(options_.scene, joined(options_.set, wanted_.fine));
@@ -135,6 +179,7 @@ class Sweeper {
         },
         no_limit, options_.interrupted);
     if (made.end == ApartResult::End::stopped) return false;
+    if (made.end == ApartResult::End::refused) throw SceneError(made.why);
     if (made.end != ApartResult::End::done)
       throw std::runtime_error("the reference run: " + made.why + "; its settings can be changed by --reference");
     write_file_atomically(file, made.bytes);
@@ -149,6 +194,7 @@ class Sweeper {
     const ApartResult made =
         run_apart([&] { return packed(measure_run(coarser, how)); }, no_limit, options_.interrupted);
     if (made.end == ApartResult::End::stopped) return false;
+    if (made.end == ApartResult::End::refused) throw SceneError(made.why);
     const MeasuredRun run = unpacked(made);
     if (!run.complete)
       throw std::runtime_error("the coarser reference run: " + run.why_incomplete +
@@ -163,6 +209,7 @@ class Sweeper {
   Scene scene_;
   std::vector<TradeAxis> axes_;
   TradeReference wanted_;
+  std::string key_, geometry_;
   std::optional<ReferenceRun> reference_;
 };
 
@@ -171,14 +218,23 @@ bool try_settings(const TradeOptions& options, const Sweeper& sweeper, Journal& 
   std::map<int, Json> done;
   for (const Json& line : journal.lines())
     if (line.contains("job")) done[line.at("job").get<int>()] = line;
-  TradePlan plan(sweeper.axes(), options.points, options.seed);
+  TradePlan plan(sweeper.axes(), options.points, options.seed, options.shard.of > 1);
   for (std::vector<TradeSetting> round = plan.next_round(sweep.jobs); !round.empty();
        round = plan.next_round(sweep.jobs))
     for (const TradeSetting& setting : round) {
       TradeJob job;
       job.number = static_cast<int>(sweep.jobs.size());
       job.setting = setting;
+      job.elsewhere = !options.shard.has(sweep.jobs.size());
+      if (job.elsewhere) {
+        sweep.jobs.push_back(std::move(job));
+        continue;
+      }
       if (const auto found = done.find(job.number); found != done.end()) {
+        if (found->second.at("setting") != Json(setting))
+          throw UsageError("--resume: the journal's job " + std::to_string(job.number) +
+                           " is another setting than the plan's: found " + found->second.at("setting").dump() +
+                           ", allowed " + Json(setting).dump());
         job.run = measured_run(found->second.at("run"));
       } else {
         constexpr double share = 0.8;  // of the time; the rest is for timing the front
@@ -186,7 +242,7 @@ bool try_settings(const TradeOptions& options, const Sweeper& sweeper, Journal& 
                                                                   std::to_string(options.points) + ": " +
                                                                   describe(sweeper.axes(), setting));
         job.run = sweeper.measure(setting, 1, true, options.seconds);
-        if (options.interrupted()) return false;  // what was cut short is not written down
+        if (options.interrupted() && !job.run.complete) return false;  // what was cut short is not written down
         journal.append({{"job", job.number}, {"setting", setting}, {"run", to_json(job.run)}});
       }
       sweep.jobs.push_back(std::move(job));
@@ -197,41 +253,43 @@ bool try_settings(const TradeOptions& options, const Sweeper& sweeper, Journal& 
 /// Further passes of all settings that are on a front, in an order that no drift of the machine can follow.
 bool time_fronts(const TradeOptions& options, const Sweeper& sweeper, Journal& journal, TradeSweep& sweep) {
   std::map<std::pair<int, int>, Json> done;  // by round and job
-  std::vector<int> chosen;                   // of the first run: a front found again from new times may be another
+  std::optional<std::vector<int>> chosen;    // of the first run: a front found again from new times may be another
   for (const Json& line : journal.lines()) {
-    if (line.contains("timed")) line.at("timed").get_to(chosen);
+    if (line.contains("timed")) chosen = line.at("timed").get<std::vector<int>>();
     if (line.contains("round")) done[{line.at("round").get<int>(), line.at("of").get<int>()}] = line;
   }
-  if (chosen.empty()) {
+  if (!chosen) {
     std::set<std::string> names;
     for (const TradeJob& job : sweep.jobs)
       for (const auto& [name, error] : job.run.errors) names.insert(name);
     std::set<int> on_front;
     for (const std::string& name : names)
       for (const std::size_t i : timed_front(sweep.jobs, name)) on_front.insert(static_cast<int>(i));
-    chosen.assign(on_front.begin(), on_front.end());
-    journal.append({{"timed", chosen}});
+    chosen = std::vector<int>(on_front.begin(), on_front.end());
+    journal.append({{"timed", *chosen}});
   }
   std::mt19937_64 random(options.seed);
   int count = 0;
   for (int round = 0; round < options.timing_rounds; ++round) {
     // Fisher and Yates, by hand: std::shuffle's order is each library's own.
-    std::vector<int> order = chosen;
+    std::vector<int> order = *chosen;
     for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random() % i]);
     for (const int number : order) {
       TradeJob& job = sweep.jobs[static_cast<std::size_t>(number)];
       ++count;
       if (const auto found = done.find({round, number}); found != done.end()) {
-        job.more_passes.push_back(found->second.at("frame_ms").get<std::vector<double>>());
+        auto times = found->second.at("frame_ms").get<std::vector<double>>();
+        if (!times.empty()) job.more_passes.push_back(std::move(times));
         continue;
       }
-      const double share = static_cast<double>(count) / (options.timing_rounds * static_cast<double>(chosen.size()));
+      const double share = static_cast<double>(count) / (options.timing_rounds * static_cast<double>(chosen->size()));
       options.progress(0.8 + 0.2 * share, "timing the front: " + describe(sweeper.axes(), job.setting));
       const MeasuredRun run = sweeper.measure(job.setting, 1, false, no_limit);
-      if (options.interrupted()) return false;
-      if (run.frame_ms.empty()) continue;
-      journal.append({{"round", round}, {"of", number}, {"frame_ms", run.frame_ms.front()}});
-      job.more_passes.push_back(run.frame_ms.front());
+      if (options.interrupted() && !run.complete) return false;
+      // A run that failed this time is written down too, or each --resume would try it again.
+      std::vector<double> times = run.complete ? run.frame_ms.front() : std::vector<double>{};
+      journal.append({{"round", round}, {"of", number}, {"frame_ms", times}});
+      if (!times.empty()) job.more_passes.push_back(std::move(times));
     }
   }
   return true;
@@ -245,11 +303,15 @@ std::vector<std::vector<double>> all_passes(const TradeJob& job) {
   return passes;
 }
 
+bool counts(const std::vector<TradeJob>& jobs, const TradeJob& job) {
+  return !job.more_passes.empty() || std::ranges::all_of(jobs, [](const TradeJob& j) { return j.more_passes.empty(); });
+}
+
 std::vector<std::size_t> timed_front(const std::vector<TradeJob>& jobs, const std::string& quantity) {
   std::vector<TradePoint> points;
   for (const TradeJob& job : jobs) {
     const auto error = job.run.errors.find(quantity);
-    if (job.run.complete && error != job.run.errors.end())
+    if (job.run.complete && error != job.run.errors.end() && counts(jobs, job))
       points.push_back({frame_timing(all_passes(job)).p99, error->second});
     else
       points.push_back({std::nan(""), std::nan("")});
@@ -257,14 +319,18 @@ std::vector<std::size_t> timed_front(const std::vector<TradeJob>& jobs, const st
   return pareto_front(points);
 }
 
+std::filesystem::path journal_file(const std::filesystem::path& directory, const std::string& scene) {
+  return directory / (scene + "_journal.jsonl");
+}
+
 TradeSweep run_trade(const TradeOptions& options) {
   Sweeper sweeper(options);
-  Journal journal(options.directory / (sweeper.scene_name() + "_journal.jsonl"), sweeper.header(), options.resume);
+  Journal journal(journal_file(options.directory, sweeper.scene_name()), sweeper.header(), options.resume);
   TradeSweep sweep;
   sweep.axes = sweeper.axes();
   sweep.reference_overrides = sweeper.wanted().fine;
-  sweep.finished = sweeper.prepare_reference(sweep) && try_settings(options, sweeper, journal, sweep) &&
-                   time_fronts(options, sweeper, journal, sweep);
+  sweep.finished = sweeper.check_start() && sweeper.prepare_reference(sweep) &&
+                   try_settings(options, sweeper, journal, sweep) && time_fronts(options, sweeper, journal, sweep);
   return sweep;
 }
 

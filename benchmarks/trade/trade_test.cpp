@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <csignal>
+#include <fstream>
 #include <limits>
 #include <set>
 
@@ -10,6 +11,7 @@
 #include "benchmarks/trade/front.hpp"
 #include "benchmarks/trade/journal.hpp"
 #include "benchmarks/trade/trade_result.hpp"
+#include "core/scene/scene_error.hpp"
 #include "verification/support/catch.hpp"
 #include "verification/support/run_apart.hpp"
 #include "verification/support/scene_text.hpp"
@@ -53,6 +55,7 @@ TradeOptions options_for(const std::filesystem::path& scene, const std::filesyst
   options.points = 10;
   options.timing_rounds = 2;
   options.directory = folder;
+  options.reference = {"adapt.max_dofs=3000"};
   return options;
 }
 
@@ -183,6 +186,93 @@ TEST_CASE("a sweep that is stopped anywhere and resumed has the rows of one that
 
   options.seed = 2;
   CHECK_THROWS_AS(run_trade(options), UsageError);  // another sweep's journal
+
+  options.seed = 1;  // a line that is of another plan: its setting is not the one of this number
+  std::ifstream in(journal);
+  std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  const std::size_t at = text.find("\"setting\":[") + 11;
+  text[at] = text[at] == '0' ? '1' : '0';
+  std::ofstream(journal) << text;
+  CHECK_THROWS_AS(run_trade(options), UsageError);
+}
+
+TEST_CASE("a sweep that cannot start says so and writes nothing") {
+  const TemporaryFolder folder;
+  const auto sweep = [&](const std::string& text) {
+    const TemporaryFile file("beam.toml", text);
+    TradeOptions options = options_for(file.path(), folder.path / "none");
+    options.reference_from = text == beam ? folder.path / "elsewhere" : std::filesystem::path();
+    return run_trade(options);
+  };
+  CHECK_THROWS_AS(sweep(std::string(beam) + "[[quantity]]\nkind = \"displacement\"\npoint = [5, 0, 0]\n"), SceneError);
+  CHECK_THROWS_AS(sweep(beam), UsageError);  // its reference is not there
+  CHECK_FALSE(std::filesystem::exists(folder.path / "none"));
+}
+
+TEST_CASE("a journal is written with its first line, by one sweep at a time, and never over another file") {
+  const TemporaryFolder folder;
+  const std::filesystem::path file = folder.path / "journal.jsonl";
+  const Json header = {{"sweep", "test"}, {"name", "not UTF-8: \xff"}};
+  const auto content = [&] {
+    std::ifstream in(file);
+    return std::string{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  };
+  {
+    Journal journal(file, header, false);
+    CHECK_FALSE(std::filesystem::exists(file));
+    journal.append({{"job", 0}, {"why", "\xff"}});
+    CHECK_THROWS_AS(Journal(file, header, true), UsageError);  // at the same time
+    journal.append({{"job", 1}});
+  }
+  const std::string whole = content();
+  CHECK(std::ranges::count(whole, '\n') == 3);
+  std::ofstream(file, std::ios::app) << "{\"job\": 2";
+  {
+    Journal journal(file, header, true);
+    CHECK(journal.lines().size() == 2);
+    CHECK(content().size() > whole.size());  // read, not yet mended
+    journal.append({{"job", 3}});
+  }
+  CHECK(content() == whole + "{\"job\":3}\n");
+  CHECK_THROWS_AS(Journal(file, header, false), UsageError);
+  CHECK_THROWS_AS(Journal(file, {{"sweep", "other"}}, true), UsageError);
+  for (const char* foreign : {"results of a year\n", "results of a year"}) {
+    std::ofstream(file) << foreign;
+    CHECK_THROWS_AS(Journal(file, header, true), UsageError);
+    CHECK(content() == foreign);
+  }
+}
+
+TEST_CASE(
+    "settings that were timed once are no answer once others were timed again, nor are errors below the truth's") {
+  TradeSweep sweep;
+  sweep.reference_errors = {{"energy_norm", 0.05}, {"energy", 0.0}};
+  const auto job = [&](double ms, double error) {
+    TradeJob& made = sweep.jobs.emplace_back();
+    made.number = static_cast<int>(sweep.jobs.size()) - 1;
+    made.run.complete = true;
+    made.run.frame_ms = {{ms}};
+    made.run.errors = {{"energy_norm", error}, {"energy", error}};
+  };
+  job(1.0, 0.2), job(2.0, 0.1), job(4.0, 0.01), job(0.5, 0.3);
+  CHECK(*answer(sweep, "energy_norm", {0.5, 1.0}).job == 3);
+  for (const std::size_t i : {0, 1, 2}) sweep.jobs[i].more_passes = {sweep.jobs[i].run.frame_ms.front()};
+  CHECK(*answer(sweep, "energy_norm", {0.5, 1.0}).job == 0);
+  CHECK(timed_front(sweep.jobs, "energy_norm") == std::vector<std::size_t>{0, 1, 2});
+  for (const TradeQuestion& question : questions_of_front(sweep, "energy_norm")) CHECK(question.error > 0.05);
+  const auto told = [&](const char* quantity, double error) {
+    return to_json(sweep, answer(sweep, quantity, {error, 1.0}), quantity, "scene.toml", {});
+  };
+  CHECK(told("energy_norm", 0.02)["below_reference"] == true);
+  CHECK(told("energy_norm", 0.15)["below_reference"] == false);
+  CHECK(told("energy", 0.02)["below_reference"].is_null());  // the same as a coarser one: nothing is known
+  sweep.jobs[3].run.complete = false;
+  sweep.jobs[3].run.why_incomplete = "refused";
+  sweep.jobs[3].run.frame_ms.clear();
+  const Json rows = trade_rows(sweep, "energy_norm");
+  CHECK(rows[3]["frame_ms"]["p99"].is_null());
+  CHECK(rows[3]["frame_ms_reason"] == "refused");
+  CHECK(rows[0]["dofs"].is_number());
 }
 
 TEST_CASE("errors fall along the front as the mesh gets finer") {
@@ -210,6 +300,9 @@ TEST_CASE("errors fall along the front as the mesh gets finer") {
 
 TEST_CASE("work in a process of its own ends as what it was") {
   using End = ApartResult::End;
+  const ApartResult refusal = run_apart([]() -> std::string { throw SceneError("scene.toml:3: no"); }, 60.0);
+  CHECK(refusal.end == End::refused);
+  CHECK(refusal.why == "scene.toml:3: no");
   CHECK(run_apart([] { return std::string(300000, 'x'); }, 60.0).bytes.size() == 300000);
   CHECK(run_apart([]() -> std::string { throw std::runtime_error("no luck"); }, 60.0).why == "no luck");
   CHECK(run_apart(
@@ -221,10 +314,19 @@ TEST_CASE("work in a process of its own ends as what it was") {
             .end == End::crashed);
   CHECK(run_apart(
             []() -> std::string {
-              for (;;) ::usleep(1000);
+              for (;;) ::usleep(1000);  // waits: wall time
             },
-            0.2)
+            0.01)
             .end == End::too_long);
+  const ApartResult busy = run_apart(
+      []() -> std::string {
+        for (volatile bool on = true; on;) {
+        }
+        return {};
+      },
+      1.0);
+  CHECK(busy.end == End::too_long);
+  CHECK(busy.why == "no end within 1 s of processor time");
   CHECK(run_apart(
             []() -> std::string {
               for (;;) ::usleep(1000);

@@ -136,9 +136,16 @@ std::optional<AtlasPoint> try_value_apart(const AtlasAxis& axis, double value, d
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error(std::string("no pipe: ") + std::strerror(errno));
   end_openmp_threads();
-  const pid_t child = ::fork();
-  if (child < 0) throw std::runtime_error(std::string("no further process: ") + std::strerror(errno));
+  const pid_t parent = ::getpid(), child = ::fork();
+  if (child < 0) {
+    const std::string why = std::strerror(errno);
+    ::close(ends[0]);
+    ::close(ends[1]);
+    throw std::runtime_error("no further process: " + why);
+  }
   if (child == 0) {
+    ::close(ends[0]);
+    end_with_parent(parent);
     announce_to = ends[1];
     send(try_value(axis, value));
     ::_exit(0);

@@ -7,20 +7,26 @@ namespace finegauge {
 
 /// How a computation in a process of its own ended.
 struct ApartResult {
-  enum class End { done, stopped, too_long, crashed };
+  enum class End { done, stopped, too_long, crashed, refused };  ///< refused: it threw a SceneError
   End end = End::crashed;
   std::string bytes;  ///< what it returned; of other ends than `done` empty
   std::string why;    ///< one line; empty when done
 };
 
 /// compute() in a fork of this process, so that a crash, memory that runs out and work that does not end are failures
-/// of this one computation, and all its memory is given back. What it throws is a crash with the exception's words.
-/// `seconds`: that it may take; `interrupted`: asked ten times a second, true ends it.
+/// of this one computation, and all its memory is given back. What it throws is a crash with the exception's words, or
+/// a refusal. It does not outlive this process.
+/// `seconds`: of processor time that it may take, whole ones, so that a busy machine fails nothing; or twenty times as
+/// many of wall time; `interrupted`: asked ten times a second, true ends it.
 ApartResult run_apart(
     const std::function<std::string()>& compute, double seconds,
     const std::function<bool()>& interrupted = [] { return false; });
 
 /// A fork has none of the threads that OpenMP keeps waiting, and would wait for them for ever: they are given up first.
 void end_openmp_threads();
+
+/// In a fork: ends it when `parent`, which must be what made it, is no more. Where the system has no such service (only
+/// Linux does) nothing.
+void end_with_parent(int parent);
 
 }  // namespace finegauge
