@@ -207,7 +207,7 @@ void add_trade_command(CLI::App& program, int& exit_code) {
       "come\n"
       "nearer to the front then. Those on a front are timed three times more, in random order. A promised rate is "
       "what\n"
-      "the worst pass kept in 99 of 100 frames, less a tenth. Writes NAME.json, NAME.csv, a plot per quantity,\n"
+      "the worst pass kept in 99 of 100 frames, less a tenth or the noise. Writes NAME.json, NAME.csv, a plot per quantity,\n"
       "NAME_journal.jsonl (finished runs, for --resume) and the reference.\n"
       "\n"
       "Examples:\n"

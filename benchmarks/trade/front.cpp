@@ -38,7 +38,9 @@ FrameTiming frame_timing(std::span<const std::vector<double>> passes) {
   return timing;
 }
 
-double promised_rate(const FrameTiming& timing) { return 1e3 / (promise_margin * timing.worst_p99); }
+double promised_rate(const FrameTiming& timing) {
+  return 1e3 / (std::max(promise_margin, 1.0 + timing.noise) * timing.worst_p99);
+}
 
 std::optional<std::size_t> cheapest(std::span<const TradeOffer> offers, const TradeQuestion& question) {
   std::optional<std::size_t> best;

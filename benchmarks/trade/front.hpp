@@ -29,8 +29,8 @@ struct FrameTiming {
 /// Throws std::invalid_argument without passes or frames.
 FrameTiming frame_timing(std::span<const std::vector<double>> passes);
 
-/// A rate that a frame of this setting keeps in ninety-nine of a hundred frames, in the worst pass seen and with a
-/// tenth in hand for those not seen [frames/s].
+/// A rate that a frame of this setting keeps in ninety-nine of a hundred frames, in the worst pass seen and, for those
+/// not seen, with a tenth in hand or, where passes differed by more, with their noise [frames/s].
 double promised_rate(const FrameTiming& timing);
 inline constexpr double promise_margin = 1.1;
 

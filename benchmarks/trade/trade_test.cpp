@@ -109,7 +109,9 @@ TEST_CASE("a promised rate is below that of the worst pass") {
   CHECK(timing.p99 == 1.0);
   CHECK(timing.worst_p99 == 4.0);
   CHECK(timing.noise == 1.5);
-  CHECK(std::abs(promised_rate(timing) - 1000.0 / 4.4) < 1e-9);
+  CHECK(std::abs(promised_rate(timing) - 1000.0 / (2.5 * 4.0)) < 1e-9);  // passes differ by that noise
+  passes[1] = passes[0];
+  CHECK(std::abs(promised_rate(frame_timing(passes)) - 1000.0 / 1.1) < 1e-9);
   CHECK_THROWS_AS(frame_timing(std::vector<std::vector<double>>{}), std::invalid_argument);
 }
 
