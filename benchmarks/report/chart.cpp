@@ -97,9 +97,10 @@ std::string band_svg(const ChartBand& band, const ChartAxis& x, const ChartAxis&
       back.push_back({x.pixel(band.x[i]), y.pixel(band.low[i])});
     }
   outline = reduced_curve(outline, width, most_points), back = reduced_curve(back, width, most_points);
+  const std::size_t upper = outline.size();
   outline.insert(outline.end(), back.rbegin(), back.rend());
-  return "<polygon class=\"band " + color_class(band.color) + "\" points=\"" + points_text(outline) + "\"><title>" +
-         html_escaped(band.label) + "</title></polygon>\n";
+  return "<polygon class=\"band " + color_class(band.color) + "\" data-upper=\"" + std::to_string(upper) +
+         "\" points=\"" + points_text(outline) + "\"><title>" + html_escaped(band.label) + "</title></polygon>\n";
 }
 
 std::string bars_svg(const ChartBars& bars, const ChartAxis& x, const ChartAxis& y) {

@@ -32,9 +32,9 @@ const char* const page_script = R"js("use strict";
       for (const line of group.querySelectorAll("polyline"))
         curves.push({ label: group.dataset.label, points: Array.from(line.points, (p) => [p.x, p.y]) });
     for (const band of svg.querySelectorAll("polygon.band")) {  // its upper side, and its lower one backwards
-      const label = band.querySelector("title").textContent, points = Array.from(band.points, (p) => [p.x, p.y]);
-      curves.push({ label: label + ", most", points: points.slice(0, points.length / 2) });
-      curves.push({ label: label + ", least", points: points.slice(points.length / 2) });
+      const label = band.querySelector("title").textContent, upper = Number(band.dataset.upper), points = Array.from(band.points, (p) => [p.x, p.y]);
+      curves.push({ label: label + ", most", points: points.slice(0, upper) });
+      curves.push({ label: label + ", least", points: points.slice(upper) });
       band.querySelector("title").remove();
     }
     for (const shape of svg.querySelectorAll("circle, rect, .cross")) {
