@@ -200,8 +200,8 @@ std::vector<Plot> trade_plots(const TradeSweep& sweep, const std::string& name) 
   std::vector<Plot> plots;
   for (const std::string& quantity : measured_quantities(sweep)) {
     Plot plot;
-    plot.file = file_name(name + "_trade_" + quantity) + ".svg";
-    plot.title = name + ": error of " + quantity + " against the time of a frame";
+    plot.file = file_name(std::string(name).append("_trade_").append(quantity)) + ".svg";
+    plot.title = std::string(name).append(": error of ").append(quantity).append(" against the time of a frame");
     plot.x_label = "frame time, 99 of 100 frames are faster [processor ms]";
     plot.y_label = "relative error against the reference";
     PlotSeries all{"settings tried", {}, {}, true, false}, front{"front", {}, {}, false, false},
