@@ -73,10 +73,10 @@ void add_dynamics(const Scene& scene, std::vector<Ingredient>& list) {
   }
   if (scene.material.kinematics == Kinematics::corotational) {
     const bool several = dynamics.step.newton_iterations > 1;
-    list.push_back({"newton",
-                    "several linear solves a frame",
-                    several,
-                    {several ? "dynamics.newton_iterations=1" : "dynamics.newton_iterations=5"}});
+    list.push_back({"newton", "several linear solves a frame", several,
+                    several
+                        ? std::vector<std::string>{"dynamics.newton_iterations=1"}
+                        : std::vector<std::string>{"dynamics.newton_iterations=50", "dynamics.newton_residual=1e-4"}});
   }
   std::vector<std::string> still;
   for (std::size_t i = 0; i < scene.attachments.size(); ++i)

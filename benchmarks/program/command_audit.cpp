@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "benchmarks/audit/audit.hpp"
+#include "benchmarks/measure/overrides.hpp"
 #include "benchmarks/program/command.hpp"
 #include "benchmarks/program/interrupt.hpp"
 #include "benchmarks/program/sha256.hpp"
@@ -19,8 +20,6 @@ struct AuditCommand {
   std::uint64_t seed = 1;
   CommonOptions common;
 };
-
-constexpr double quick_share = 0.1;  // of the scene's duration
 
 Json number(double value) { return std::isfinite(value) ? Json(value) : Json(); }
 
@@ -67,17 +66,6 @@ std::string percent(double value, bool sign = false) {
   return text.data();
 }
 
-std::string quoted(const std::string& text) {
-  return text.find_first_of(" []\"'") == std::string::npos ? text : "'" + text + "'";
-}
-
-std::string run_command(const AuditOptions& options, const std::vector<std::string>& overrides) {
-  std::string command = "finegauge run " + options.scene;
-  for (const auto& list : {options.set, overrides})
-    for (const std::string& one : list) command += " --set " + quoted(one);
-  return command;
-}
-
 void print_audit(const Audit& audit, const AuditOptions& options) {
   std::printf("tolerance %s of each quantity; the scene beside itself differs in time by %s\n\n",
               percent(options.tolerance).c_str(), percent(std::abs(audit.with_itself.time_change())).c_str());
@@ -103,7 +91,8 @@ void print_audit(const Audit& audit, const AuditOptions& options) {
   std::printf(
       "\ncheapest scene within the tolerance, run to verify it: without %s\n  quantities %s off, frame time %s\n  %s\n",
       words.c_str(), percent(cheapest.comparison.largest_change()).c_str(),
-      percent(cheapest.comparison.time_change(), true).c_str(), run_command(options, cheapest.overrides).c_str());
+      percent(cheapest.comparison.time_change(), true).c_str(),
+      run_command(options.scene, options.set, cheapest.overrides).c_str());
 }
 
 int audit(const AuditCommand& asked) {
@@ -119,13 +108,8 @@ int audit(const AuditCommand& asked) {
   AuditOptions options;
   options.scene = asked.scene;
   options.set = common.set;
-  if (common.quick && scene.dynamics) {
-    std::array<char, 64> text;
-    std::snprintf(text.data(), text.size(), "dynamics.duration=%.6g",
-                  std::min(scene.dynamics->duration,
-                           std::max(quick_share * scene.dynamics->duration, 8.0 * scene.dynamics->time_step)));
-    options.set.emplace_back(text.data());
-  }
+  if (common.quick)
+    for (std::string& one : quick_overrides(scene)) options.set.push_back(std::move(one));
   options.tolerance = asked.tolerance;
   options.seed = asked.seed;
   options.progress = [&](double fraction, const std::string& doing) { progress.update(fraction, doing); };
@@ -156,7 +140,7 @@ int audit(const AuditCommand& asked) {
         {"qoi_change", changes(cheapest.comparison)},
         {"frame_ms_change", number(cheapest.comparison.changed_mean_ms - cheapest.comparison.mean_ms)},
         {"frame_time_change", number(cheapest.comparison.time_change())},
-        {"command", run_command(options, cheapest.overrides)}};
+        {"command", run_command(options.scene, options.set, cheapest.overrides)}};
     document.checks.push_back(
         check("cheapest_within_tolerance", cheapest.comparison.largest_change(), 0.0, asked.tolerance));
   }
@@ -180,11 +164,10 @@ void add_audit_command(CLI::App& program, int& exit_code) {
   command->add_option("--seed", asked->seed, "Of the order in which frames take turns (default 1)");
   add_common_options(*command, asked->common, "KEY=VALUE: replaces a key of the scene before the audit; repeatable");
   command->footer(
-      "The scene and the changed one run side by side, a frame of each in turn. A change is judged by the quantities "
-      "of\n"
-      "the scene, or by the energy norm where it has none; the energy norm is told in any case. Ingredients that are\n"
-      "spare and take time are then left out together, and the scene that is left is run to see that it stays within\n"
-      "the tolerance. Writes NAME.json and NAME.csv.\n"
+      "The scene and the changed one run side by side, a frame of each in turn. A change is judged by the quantities\n"
+      "of the scene, or by the energy norm where it has none; the energy norm is told in any case. Ingredients that\n"
+      "are spare and take time are then left out together, and the scene that is left is run to see that it stays\n"
+      "within the tolerance. Writes NAME.json and NAME.csv.\n"
       "\n"
       "Examples:\n"
       "  finegauge audit reference_data/scenes/phantom.toml --tolerance 0.05\n"

@@ -4,6 +4,7 @@
 #include <memory>
 #include <random>
 
+#include "benchmarks/measure/overrides.hpp"
 #include "benchmarks/program/command.hpp"
 #include "benchmarks/program/interrupt.hpp"
 #include "benchmarks/program/sha256.hpp"
@@ -27,7 +28,6 @@ struct TradeCommand {
 };
 
 constexpr int quick_points = 8;
-constexpr double quick_share = 0.1;  // of the scene's duration
 
 std::string join(const std::vector<std::string>& words) {
   std::string text;
@@ -68,13 +68,8 @@ TradeOptions options_of(const TradeCommand& asked, const Scene& scene, const std
   options.set = asked.common.set;
   options.reference = asked.reference;
   options.points = asked.common.quick ? std::min(asked.points, quick_points) : asked.points;
-  if (asked.common.quick && scene.dynamics) {
-    char text[64];
-    std::snprintf(text, sizeof text, "dynamics.duration=%.6g",
-                  std::min(scene.dynamics->duration,
-                           std::max(quick_share * scene.dynamics->duration, 8.0 * scene.dynamics->time_step)));
-    options.set.emplace_back(text);
-  }
+  if (asked.common.quick)
+    for (std::string& one : quick_overrides(scene)) options.set.push_back(std::move(one));
   options.seed = asked.seed;
   options.seconds = asked.seconds;
   options.timing_rounds = asked.common.quick ? 1 : 3;
@@ -203,13 +198,10 @@ void add_trade_command(CLI::App& program, int& exit_code) {
                      "KEY=VALUE: replaces a key of the scene before anything is tried; repeatable");
   command->footer(
       "The error of each run is its distance from a finer run of the scene, the reference, in the energy norm and for\n"
-      "each quantity; how far a coarser reference is from it is printed. Settings fill the space evenly first and "
-      "come\n"
-      "nearer to the front then. Those on a front are timed three times more, in random order. A promised rate is "
-      "what\n"
-      "the worst pass kept in 99 of 100 frames, less a tenth or the noise. Writes NAME.json, NAME.csv, a plot per "
-      "quantity,\n"
-      "NAME_journal.jsonl (finished runs, for --resume) and the reference.\n"
+      "each quantity; how far a coarser reference is from it is printed. Settings fill the space evenly first and\n"
+      "come nearer to the front then. Those on a front are timed three times more, in random order. A promised rate\n"
+      "is what the worst pass kept in 99 of 100 frames, less a tenth or the noise. Writes NAME.json, NAME.csv, a plot\n"
+      "per quantity, NAME_journal.jsonl (finished runs, for --resume) and the reference.\n"
       "\n"
       "Examples:\n"
       "  finegauge trade reference_data/scenes/phantom.toml --error 0.3 --rate 30 -o phantom_trade\n"

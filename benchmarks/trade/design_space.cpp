@@ -175,16 +175,26 @@ void add_adaptivity(const Scene& scene, std::vector<TradeAxis>& axes) {
                       with_own({5.0, 2.0, 1.0}, adapt.every), adapt.every));
 }
 
+/// One linear solve a frame, or as many as an equilibrium error asks for: they gain a digit or less each, since the
+/// matrix leaves out how rotations change.
+TradeAxis newton_axis(const TissueStepOptions& step) {
+  TradeAxis axis{"newton", "linear solves of a frame: one, or until what is out of balance is small", {}, 0};
+  const bool several = step.newton_iterations > 1;
+  axis.own = several ? 1 : 0;
+  axis.choices.push_back(
+      {"one", several ? std::vector<std::string>{"dynamics.newton_iterations=1"} : std::vector<std::string>{}});
+  axis.choices.push_back({"several", several ? std::vector<std::string>{}
+                                             : std::vector<std::string>{"dynamics.newton_iterations=50",
+                                                                        "dynamics.newton_residual=1e-4"}});
+  return axis;
+}
+
 void add_motion(const Scene& scene, std::vector<TradeAxis>& axes) {
   const SceneDynamics& dynamics = *scene.dynamics;
   std::vector<double> steps;
   for (const double factor : time_step_factors) steps.push_back(factor * dynamics.time_step);
   add(axes, values_of("time_step", "length of a frame [s]", "dynamics.time_step", steps, dynamics.time_step));
-  if (scene.material.kinematics == Kinematics::corotational)
-    add(axes, values_of("newton_iterations", "linear solves of a frame, at most", "dynamics.newton_iterations",
-                        dynamics.step.newton_iterations > 1 ? std::vector{1.0, 1.0 * dynamics.step.newton_iterations}
-                                                            : std::vector{1.0, 3.0},
-                        dynamics.step.newton_iterations));
+  if (scene.material.kinematics == Kinematics::corotational) add(axes, newton_axis(dynamics.step));
   add(axes, words_of("step_method", "kept: a factor that is kept while it serves; plain: none", "solver.step_method",
                      {"plain", "kept"}, dynamics.solver.method == StepMethod::kept ? "kept" : "plain"));
   const double residual = dynamics.solver.linear.relative_residual;
@@ -317,7 +327,10 @@ TradeReference trade_reference(const Scene& scene) {
     return reference;
   }
   add_mesh(coarser_mesh_factor, reference.coarser);
-  if (scene.material.kinematics == Kinematics::corotational) both("dynamics.newton_iterations", "5");
+  if (scene.material.kinematics == Kinematics::corotational) {
+    both("dynamics.newton_iterations", "100");
+    both("dynamics.newton_residual", "1e-6");
+  }
   const SceneDynamics& dynamics = *scene.dynamics;
   each("dynamics.time_step", text(0.5 * dynamics.time_step), text(dynamics.time_step));
   if (dynamics.adapt) {

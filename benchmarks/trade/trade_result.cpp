@@ -8,6 +8,8 @@
 #include <limits>
 #include <numeric>
 
+#include "benchmarks/measure/overrides.hpp"
+
 namespace finegauge {
 namespace {
 
@@ -39,10 +41,6 @@ std::string file_name(std::string text) {
     if (!std::isalnum(static_cast<unsigned char>(letter)) && letter != '.' && letter != '_' && letter != '-')
       letter = '_';
   return text;
-}
-
-std::string quoted(const std::string& text) {
-  return text.find_first_of(" []\"'") == std::string::npos ? text : "'" + text + "'";
 }
 
 }  // namespace
@@ -99,14 +97,6 @@ std::vector<TradeQuestion> questions_of_front(const TradeSweep& sweep, const std
     questions.push_back({rounded(list[at].error, true), rounded(list[at].rate, false)});
   }
   return questions;
-}
-
-std::string run_command(const std::string& scene, const std::vector<std::string>& set, const TradeSweep& sweep,
-                        const TradeJob& job) {
-  std::string command = "finegauge run " + scene;
-  for (const auto& list : {set, overrides(sweep.axes, job.setting)})
-    for (const std::string& one : list) command += " --set " + quoted(one);
-  return command;
 }
 
 Json trade_rows(const TradeSweep& sweep, const std::string& quantity) {
@@ -174,7 +164,7 @@ Json to_json(const TradeSweep& sweep, const TradeAnswer& answer, const std::stri
     const FrameTiming timing = frame_timing(all_passes(job));
     return Json{{"job", job.number},
                 {"setting", describe(sweep.axes, job.setting)},
-                {"command", run_command(scene, set, sweep, job)},
+                {"command", run_command(scene, set, overrides(sweep.axes, job.setting))},
                 {"error", error_of(job, quantity)},
                 {"promised_rate", promised_rate(timing)},
                 {"frame_ms", {{"p50", timing.p50}, {"p99", timing.p99}}},

@@ -43,8 +43,4 @@ std::vector<Plot> trade_plots(const TradeSweep& sweep, const std::string& name);
 /// Lines for the terminal.
 std::vector<std::string> trade_table(const TradeSweep& sweep, const std::string& quantity);
 
-/// A command that runs the setting.
-std::string run_command(const std::string& scene, const std::vector<std::string>& set, const TradeSweep& sweep,
-                        const TradeJob& job);
-
 }  // namespace finegauge

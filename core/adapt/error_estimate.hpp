@@ -40,8 +40,8 @@ ErrorEstimate estimate_error_spr(const Discretization& d, const Eigen::Matrix3Xd
 /// Calibrated against the exact fields of cracks, notches and clamped rims (verification/studies/estimator_ladder.hpp)
 /// for the whole error, a few percent to the safe side. w by the cells around the edge (two in a flat face, three in a
 /// notch, four at a crack), first the single cell at the rim of a clamped face. What a rim lacks follows its exponent:
-/// c = exp(7.85 - 15.2 λ) to a tenth for nu from 0.1 to 0.45, and 3/4 of that where cells of mean dilatation do not
-/// lock; notches, cracks and the edges of flat supports have 0.1 to 0.27.
+/// exp(7.85 - 15.2 λ) to a tenth for nu from 0.1 to 0.45, rounded up to c = exp(8 - 15.2 λ), and 3/4 of that where
+/// cells of mean dilatation do not lock; notches, cracks and the edges of flat supports have 0.1 to 0.27.
 inline constexpr std::array<double, 4> singular_edge_weights = {5.1, 2.4, 2.5, 1.85};
 inline constexpr double notch_energy_share = 0.25, rim_share_of_mean_dilatation = 0.75;
 double rim_energy_share(double exponent);  ///< c
