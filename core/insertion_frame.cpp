@@ -116,14 +116,14 @@ ConstrainedStep solve_step(const InsertionProblem& problem, std::span<const Cont
     add_constraint_impulses(rows, step.interaction.points, step.tissue_impulse, step.needle_impulse);
     if (iteration > 0) tissue.state = before;
     update(tissue.mesh, step.tissue_end - step.tissue_start, tau, tissue.state);
-    frame.equilibrium_error =
-        equilibrium_error(tissue.mesh, motion.tissue, tissue.state, step.tissue_start, step.tissue_impulse, tau, time);
+    const OutOfBalance left =
+        out_of_balance(tissue.mesh, motion.tissue, tissue.state, step.tissue_start, step.tissue_impulse, tau, time);
+    frame.equilibrium_error = left.error();
     frame.times.update_ms += watch.lap();
-    const bool last = frame.newton_iterations >= motion.step.newton_iterations;
-    if (frame.equilibrium_error <= motion.step.newton_residual || last || !frame.converged) break;
+    if (motion.step.newton_iterations == 1 || left.within(motion.step.newton_residual)) break;
+    if (frame.newton_iterations >= motion.step.newton_iterations) frame.converged = false;
+    if (!frame.converged) break;
   }
-  if (motion.step.newton_iterations > 1 && !(frame.equilibrium_error <= motion.step.newton_residual))
-    frame.converged = false;
   return step;
 }
 

@@ -15,30 +15,6 @@ namespace {
 /// As in static equilibrium: bending bodies hardly gain from more differences than these.
 constexpr int mixing_depth = 5;
 
-/// M v⁺ - M v - τ f(u⁺, v⁺) + Jᵀλ in free directions, and the largest of its terms [N s].
-struct OutOfBalance {
-  double norm = 0.0, scale = 0.0;
-  double error() const { return scale > 0.0 ? norm / scale : 0.0; }
-};
-
-OutOfBalance out_of_balance(const TissueMesh& mesh, const TissueProblem& problem, const TissueState& state,
-                            const Eigen::VectorXd& start_velocity, const Eigen::VectorXd& constraint_impulse,
-                            double time, double tau) {
-  const Eigen::VectorXd v = gather(mesh.d.hanging, state.v);
-  const TissueForces forces = tissue_forces(mesh.d, state.u, state.v);
-  const Eigen::VectorXd inertia = mass_times(mesh.mass, v - start_velocity);
-  const Eigen::VectorXd damping =
-      tau * (problem.mass_damping * mass_times(mesh.mass, v) + problem.stiffness_damping * forces.stiff);
-  Eigen::VectorXd loads = tau * mesh.loads;
-  if (!mesh.d.springs.empty()) loads += tau * anchor_loads(mesh.d, problem.stiffness_damping, time, tau);
-  project(mesh.d.supports, loads);
-  Eigen::VectorXd r = inertia - loads + tau * forces.internal + damping;
-  if (constraint_impulse.size() > 0) r += constraint_impulse;
-  project(mesh.d.supports, r);
-  return {r.norm(), std::max({inertia.norm(), loads.norm(), tau * forces.internal.norm(), damping.norm(),
-                              constraint_impulse.norm()})};
-}
-
 /// Impulses [N s] that the round-off of the positions alone can cause (as in static equilibrium).
 double impulse_round_off(const TissueMesh& mesh, const TissueState& state, double tau) {
   const Material& material = mesh.d.shapes.material();
@@ -147,10 +123,23 @@ void update(const TissueMesh& mesh, const Eigen::VectorXd& dv, double tau, Tissu
   move_with(mesh, gather(mesh.d.hanging, state.v) + dv, tau, state);
 }
 
-double equilibrium_error(const TissueMesh& mesh, const TissueProblem& problem, const TissueState& state,
-                         const Eigen::VectorXd& start_velocity, const Eigen::VectorXd& constraint_impulse, double tau,
-                         double time) {
-  return out_of_balance(mesh, problem, state, start_velocity, constraint_impulse, time, tau).error();
+OutOfBalance out_of_balance(const TissueMesh& mesh, const TissueProblem& problem, const TissueState& state,
+                            const Eigen::VectorXd& start_velocity, const Eigen::VectorXd& constraint_impulse,
+                            double tau, double time) {
+  const Eigen::VectorXd v = gather(mesh.d.hanging, state.v);
+  const TissueForces forces = tissue_forces(mesh.d, state.u, state.v);
+  const Eigen::VectorXd inertia = mass_times(mesh.mass, v - start_velocity);
+  const Eigen::VectorXd damping =
+      tau * (problem.mass_damping * mass_times(mesh.mass, v) + problem.stiffness_damping * forces.stiff);
+  Eigen::VectorXd loads = tau * mesh.loads;
+  if (!mesh.d.springs.empty()) loads += tau * anchor_loads(mesh.d, problem.stiffness_damping, time, tau);
+  project(mesh.d.supports, loads);
+  Eigen::VectorXd r = inertia - loads + tau * forces.internal + damping;
+  if (constraint_impulse.size() > 0) r += constraint_impulse;
+  project(mesh.d.supports, r);
+  const double scale =
+      std::max({inertia.norm(), loads.norm(), tau * forces.internal.norm(), damping.norm(), constraint_impulse.norm()});
+  return {r.norm(), scale, impulse_round_off(mesh, state, tau)};
 }
 
 TissueStepReport step_tissue(const TissueMesh& mesh, const TissueProblem& problem, double time, double tau,
@@ -181,11 +170,11 @@ TissueStepReport step_tissue(const TissueMesh& mesh, const TissueProblem& proble
     v = next;
     end = state;
     move_with(mesh, v, tau, end);  // from v itself: over a long step v - v(t) has lost its digits
-    const OutOfBalance left = out_of_balance(mesh, problem, end, system.velocity, none, time, tau);
+    const OutOfBalance left = out_of_balance(mesh, problem, end, system.velocity, none, tau, time);
     report.equilibrium_error = left.error();
     report.converged = linear.converged;
     if (!linear.converged || options.newton_iterations <= 1) break;
-    if (left.error() <= options.newton_residual || left.norm <= impulse_round_off(mesh, end, tau)) break;
+    if (left.within(options.newton_residual)) break;
     report.converged = false;
     if (report.newton_iterations >= options.newton_iterations) break;
   }

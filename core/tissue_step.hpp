@@ -66,14 +66,24 @@ void assemble_newton_step(const TissueMesh& mesh, const TissueProblem& problem, 
 /// v <- v + dv, u <- u + τ v; dv = free + prescribed part, reduced.
 void update(const TissueMesh& mesh, const Eigen::VectorXd& dv, double tau, TissueState& state);
 
+/// Impulses [N s] by which a state misses the implicit step.
+struct OutOfBalance {
+  double norm = 0.0;
+  double scale = 0.0;      ///< the largest of the terms' norms
+  double round_off = 0.0;  ///< what the round-off of the positions alone can make of `norm`
+  double error() const { return scale > 0.0 ? norm / scale : 0.0; }
+  /// Whether more iterations could do nothing: small against the terms, or terms of nothing.
+  bool within(double relative) const { return error() <= relative || norm <= round_off; }
+};
+
 /// Out-of-balance impulses of the implicit step that a single linear solve leaves over,
 ///   M (v⁺ - v) - τ f(u⁺, v⁺) + Jᵀλ in free directions,
-/// over the largest of the terms' norms (reactions included, but not loads on held directions); zero where all terms
-/// are. `constraint_impulse` is Jᵀλ, reduced, may be empty. `start_velocity`: reduced v before the step; `state` after.
+/// and the largest of the terms' norms (reactions included, but not loads on held directions).
+/// `constraint_impulse` is Jᵀλ, reduced, may be empty. `start_velocity`: reduced v before the step; `state` after.
 /// `time` [s]: at the start of the step; only moving springs ask for it.
-double equilibrium_error(const TissueMesh& mesh, const TissueProblem& problem, const TissueState& state,
-                         const Eigen::VectorXd& start_velocity, const Eigen::VectorXd& constraint_impulse, double tau,
-                         double time = no_time);
+OutOfBalance out_of_balance(const TissueMesh& mesh, const TissueProblem& problem, const TissueState& state,
+                            const Eigen::VectorXd& start_velocity, const Eigen::VectorXd& constraint_impulse,
+                            double tau, double time = no_time);
 
 /// Energies [J] of a state.
 struct TissueEnergy {

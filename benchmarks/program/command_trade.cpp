@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <memory>
 #include <random>
+#include <utility>
 
 #include "benchmarks/measure/overrides.hpp"
 #include "benchmarks/program/command.hpp"
@@ -18,7 +19,7 @@ namespace {
 
 struct TradeCommand {
   std::string scene, quantity = "energy_norm", reference_from, shard;
-  std::vector<std::string> reference;
+  std::vector<std::string> reference, coarser;
   std::vector<double> errors, rates;
   int points = 40;
   std::uint64_t seed = 1;
@@ -45,9 +46,10 @@ void check_usage(const TradeCommand& asked, const Scene& scene) {
   require_positive("--seconds", asked.seconds);
   for (const double error : asked.errors) require_positive("--error", error);
   for (const double rate : asked.rates) require_positive("--rate", rate);
-  for (const std::string& text : asked.reference)
-    if (const std::size_t equals = text.find('='); equals == std::string::npos || equals == 0)
-      throw UsageError("--reference " + text + ": expected KEY=VALUE");
+  for (const auto& [option, list] : {std::pair("--reference ", &asked.reference), {"--coarser ", &asked.coarser}})
+    for (const std::string& text : *list)
+      if (const std::size_t equals = text.find('='); equals == std::string::npos || equals == 0)
+        throw UsageError(option + text + ": expected KEY=VALUE");
   if (asked.errors.size() != asked.rates.size())
     throw UsageError("trade: each --error needs its --rate: found " + std::to_string(asked.errors.size()) + " and " +
                      std::to_string(asked.rates.size()));
@@ -67,6 +69,7 @@ TradeOptions options_of(const TradeCommand& asked, const Scene& scene, const std
   options.scene = asked.scene;
   options.set = asked.common.set;
   options.reference = asked.reference;
+  options.coarser = asked.coarser;
   options.points = asked.common.quick ? std::min(asked.points, quick_points) : asked.points;
   if (asked.common.quick)
     for (std::string& one : quick_overrides(scene)) options.set.push_back(std::move(one));
@@ -187,6 +190,9 @@ void add_trade_command(CLI::App& program, int& exit_code) {
       "--reference", asked->reference,
       "KEY=VALUE on top of the reference's settings; repeatable. By default it has twice the cells along "
       "each axis, half the time step, tighter tolerances");
+  command->add_option(
+      "--coarser", asked->coarser,
+      "KEY=VALUE on top of those of the coarser run that tells how far the reference is off; repeatable");
   command->add_option("--reference-from", asked->reference_from, "Directory of a sweep that has the reference already");
   command
       ->add_option("--shard", asked->shard,

@@ -27,6 +27,11 @@ void Progress::update(double fraction, const std::string& doing) {
   fraction = shown_ = std::max(shown_, std::clamp(fraction, 0.0, 1.0));
   const int percent = static_cast<int>(100.0 * fraction);
   if (!terminal_) {
+    // What goes on for long is told again now and then.
+    constexpr double often = 30.0;  // [s]
+    if (doing == told_ && seconds() - told_at_ < often) return;
+    told_ = doing;
+    told_at_ = seconds();
     std::fprintf(stderr, "%3d %%  %s\n", percent, doing.c_str());
     return;
   }

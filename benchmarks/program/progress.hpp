@@ -6,7 +6,8 @@
 namespace finegauge {
 
 /// Tells on standard error how far the work is: one line that is rewritten, with the time left, on a terminal; plain
-/// lines elsewhere; nothing when quiet. Standard output is left alone.
+/// lines elsewhere, one for each thing that is done and further ones where it takes long; nothing when quiet. Standard
+/// output is left alone.
 class Progress {
  public:
   explicit Progress(bool quiet);
@@ -26,6 +27,8 @@ class Progress {
   bool quiet_, terminal_;
   mutable bool line_open_ = false;
   double shown_ = 0.0;
+  std::string told_;  ///< the last plain line, and when
+  double told_at_ = 0.0;
   std::chrono::steady_clock::time_point start_;
 };
 

@@ -19,7 +19,11 @@ TEST_CASE("the progress that is shown never falls", "[progress]") {
   dup2(out, STDERR_FILENO);
   {
     Progress progress(false);
-    for (const double fraction : {0.1, 0.5, 0.3, -1.0, 0.6, 1.5, 0.2}) progress.update(fraction, "working");
+    int step = 0;
+    for (const double fraction : {0.1, 0.5, 0.3, -1.0, 0.6, 1.5, 0.2}) {
+      progress.update(fraction, "step " + std::to_string(++step));
+      progress.update(fraction, "step " + std::to_string(step));  // nothing new to tell
+    }
   }
   std::fflush(stderr);
   dup2(terminal, STDERR_FILENO);

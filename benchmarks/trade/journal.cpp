@@ -25,8 +25,14 @@ std::string difference(const Json& here, const Json& there) {
 /// Whatever bytes names and messages have.
 std::string line_of(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n"; }
 
+/// A sweep that was killed keeps its lock until the run that it waited for is gone too, a moment later.
 void require_alone(int open, const std::filesystem::path& file) {
-  if (::flock(open, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;  // not every file system has locks
+  constexpr int tries = 20;
+  constexpr useconds_t between = 50'000;  // [microseconds]
+  for (int i = 0; i < tries; ++i) {
+    if (i > 0) ::usleep(between);
+    if (::flock(open, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;  // not every file system has locks
+  }
   ::close(open);
   throw UsageError(file.string() + " is of a sweep that runs at this moment");
 }

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <iterator>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <optional>
 #include <random>
@@ -27,9 +28,20 @@ namespace {
 constexpr int instants = 6;
 constexpr double no_limit = std::numeric_limits<double>::infinity();
 
+// Shares of a sweep's time, for its progress: the reference, a coarser one, the settings; timing the front is the rest.
+constexpr double reference_share = 0.15, coarser_share = 0.05, settings_share = 0.6;
+constexpr double settings_start = reference_share + coarser_share, timing_start = settings_start + settings_share;
+
 std::vector<std::string> joined(std::vector<std::string> a, const std::vector<std::string>& b) {
   a.insert(a.end(), b.begin(), b.end());
   return a;
+}
+
+/// What a list of KEY=VALUE comes to: a key's last value counts.
+std::map<std::string, std::string> last_values(const std::vector<std::string>& list) {
+  std::map<std::string, std::string> values;
+  for (const std::string& one : list) values[one.substr(0, one.find('='))] = one.substr(one.find('=') + 1);
+  return values;
 }
 
 std::string bytes_as_text(const std::vector<std::uint8_t>& bytes) { return {bytes.begin(), bytes.end()}; }
@@ -46,6 +58,14 @@ MeasuredRun unpacked(const ApartResult& result) {
   MeasuredRun run;
   run.why_incomplete = (result.end == ApartResult::End::refused ? "refused: " : "") + result.why;
   return run;
+}
+
+/// Asked after each frame of a run in a process of its own, says each further hundredth; the run goes on.
+std::function<bool(double)> saying(const Say& say) {
+  return [&say, told = 0](double done) mutable {
+    if (const int percent = static_cast<int>(100.0 * done); percent > told) say(std::to_string(told = percent));
+    return true;
+  };
 }
 
 /// What a scene reads from other files, as it came out: the meshes of gmsh files and of organs, and their surfaces.
@@ -71,7 +91,10 @@ class Sweeper {
         axes_(trade_axes(scene_)),
         wanted_(trade_reference(scene_)) {
     wanted_.fine = joined(std::move(wanted_.fine), options.reference);
-    wanted_.coarser = joined(std::move(wanted_.coarser), options.reference);
+    wanted_.coarser = joined(joined(std::move(wanted_.coarser), options.reference), options.coarser);
+    if (last_values(wanted_.fine) == last_values(wanted_.coarser))
+      throw UsageError("trade: --reference: the coarser run has the same settings, and would say nothing of how far " +
+                       std::string("the reference is off; --coarser KEY=VALUE makes it coarser"));
     // Their messages before anything is written.
     geometry_ = geometry_text(scene_) + geometry_text(read_scene(options.scene, joined(options.set, wanted_.fine))) +
                 geometry_text(read_scene(options.scene, joined(options.set, wanted_.coarser)));
@@ -124,7 +147,13 @@ class Sweeper {
     return true;
   }
 
-  MeasuredRun measure(const TradeSetting& setting, int passes, bool compared, double seconds) const {
+  /// A part of the sweep's progress, and what is done in it.
+  struct Step {
+    double from = 0.0, share = 0.0;
+    std::string doing;
+  };
+
+  MeasuredRun measure(const TradeSetting& setting, int passes, bool compared, double seconds, const Step& step) const {
     const std::vector<std::string> set = joined(options_.set, overrides(axes_, setting));
     std::optional<Scene> scene;
     try {
@@ -137,7 +166,10 @@ class Sweeper {
     MeasureOptions how;
     how.passes_least = how.passes_most = passes;
     if (compared) how.reference = &*reference_;
-    return unpacked(run_apart([&] { return packed(measure_run(*scene, how)); }, seconds, options_.interrupted));
+    return unpacked(apart(step, seconds, [&](const Say& say) {
+      how.go_on = saying(say);
+      return packed(measure_run(*scene, how));
+    }));
   }
 
   const std::vector<TradeAxis>& axes() const { return axes_; }
@@ -145,6 +177,17 @@ class Sweeper {
   const std::string& scene_name() const { return scene_.name; }
 
  private:
+  ApartResult apart(const Step& step, double seconds, const std::function<std::string(const Say&)>& compute) const {
+    options_.progress(step.from, step.doing);
+    ApartOptions how;
+    how.seconds = seconds;
+    how.interrupted = options_.interrupted;
+    how.heard = [&](const std::string& percent) {
+      options_.progress(step.from + 0.01 * std::stod(percent) * step.share, step.doing);
+    };
+    return run_apart(compute, how);
+  }
+
   std::filesystem::path reference_file(const char* extension) const {
     const std::filesystem::path& folder =
         options_.reference_from.empty() ? options_.directory : options_.reference_from;
@@ -167,17 +210,14 @@ class Sweeper {
   }
 
   bool record(const std::filesystem::path& file) const {
-    options_.progress(0.0, "the reference run");
     const Scene fine = read_scene(options_.scene, joined(options_.set, wanted_.fine));
     const std::vector<double> times = instants_of(scene_, longest_time_step(scene_), instants);
-    const ApartResult made = run_apart(
-        [&] {
-          std::string why;
-          const auto reference = record_reference(fine, times, why);
-          if (!reference) throw std::runtime_error(why);
-          return bytes_as_text(to_bytes(*reference));
-        },
-        no_limit, options_.interrupted);
+    const ApartResult made = apart({0.0, reference_share, "the reference run"}, no_limit, [&](const Say& say) {
+      std::string why;
+      const auto reference = record_reference(fine, times, why, saying(say));
+      if (!reference) throw std::runtime_error(why);
+      return bytes_as_text(to_bytes(*reference));
+    });
     if (made.end == ApartResult::End::stopped) return false;
     if (made.end == ApartResult::End::refused) throw SceneError(made.why);
     if (made.end != ApartResult::End::done)
@@ -187,12 +227,15 @@ class Sweeper {
   }
 
   bool compare_references(const std::filesystem::path& file) const {
-    options_.progress(0.0, "a coarser reference, for how far the reference itself is off");
     const Scene coarser = read_scene(options_.scene, joined(options_.set, wanted_.coarser));
     MeasureOptions how;
     how.reference = &*reference_;
     const ApartResult made =
-        run_apart([&] { return packed(measure_run(coarser, how)); }, no_limit, options_.interrupted);
+        apart({reference_share, coarser_share, "a coarser reference, for how far the reference itself is off"},
+              no_limit, [&](const Say& say) {
+                how.go_on = saying(say);
+                return packed(measure_run(coarser, how));
+              });
     if (made.end == ApartResult::End::stopped) return false;
     if (made.end == ApartResult::End::refused) throw SceneError(made.why);
     const MeasuredRun run = unpacked(made);
@@ -237,11 +280,11 @@ bool try_settings(const TradeOptions& options, const Sweeper& sweeper, Journal& 
                            ", allowed " + Json(setting).dump());
         job.run = measured_run(found->second.at("run"));
       } else {
-        constexpr double share = 0.8;  // of the time; the rest is for timing the front
-        options.progress(share * job.number / options.points, "setting " + std::to_string(job.number + 1) + " of " +
-                                                                  std::to_string(options.points) + ": " +
-                                                                  describe(sweeper.axes(), setting));
-        job.run = sweeper.measure(setting, 1, true, options.seconds);
+        const double share = settings_share / options.points;
+        job.run = sweeper.measure(setting, 1, true, options.seconds,
+                                  {settings_start + share * job.number, share,
+                                   "setting " + std::to_string(job.number + 1) + " of " +
+                                       std::to_string(options.points) + ": " + describe(sweeper.axes(), setting)});
         if (options.interrupted() && !job.run.complete) return false;  // what was cut short is not written down
         journal.append({{"job", job.number}, {"setting", setting}, {"run", to_json(job.run)}});
       }
@@ -282,9 +325,10 @@ bool time_fronts(const TradeOptions& options, const Sweeper& sweeper, Journal& j
         if (!times.empty()) job.more_passes.push_back(std::move(times));
         continue;
       }
-      const double share = static_cast<double>(count) / (options.timing_rounds * static_cast<double>(chosen->size()));
-      options.progress(0.8 + 0.2 * share, "timing the front: " + describe(sweeper.axes(), job.setting));
-      const MeasuredRun run = sweeper.measure(job.setting, 1, false, no_limit);
+      const double share = (1.0 - timing_start) / (options.timing_rounds * static_cast<double>(chosen->size()));
+      const MeasuredRun run = sweeper.measure(
+          job.setting, 1, false, no_limit,
+          {timing_start + share * (count - 1), share, "timing the front: " + describe(sweeper.axes(), job.setting)});
       if (options.interrupted() && !run.complete) return false;
       // A run that failed this time is written down too, or each --resume would try it again.
       std::vector<double> times = run.complete ? run.frame_ms.front() : std::vector<double>{};
@@ -338,7 +382,7 @@ MeasuredRun run_again(const TradeOptions& options, const TradeSweep& sweep, cons
   Sweeper sweeper(options);
   TradeSweep unused = sweep;
   if (!sweeper.prepare_reference(unused)) return {};
-  return sweeper.measure(setting, passes, true, no_limit);
+  return sweeper.measure(setting, passes, true, no_limit, {1.0, 0.0, "confirming an answer"});
 }
 
 }  // namespace finegauge

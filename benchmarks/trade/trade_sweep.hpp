@@ -15,7 +15,8 @@ namespace finegauge {
 struct TradeOptions {
   std::filesystem::path scene;
   std::vector<std::string> set;        ///< of the user: the scene that is swept
-  std::vector<std::string> reference;  ///< --set arguments on top of trade_reference's
+  std::vector<std::string> reference;  ///< --set arguments on top of trade_reference's, for the coarser one too
+  std::vector<std::string> coarser;    ///< and on top of both for the coarser one
   int points = 40;
   std::uint64_t seed = 1;
   double seconds = 600.0;  ///< that one run may take; the reference takes what it takes

@@ -1,10 +1,13 @@
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <fstream>
 #include <limits>
+#include <random>
 #include <set>
 
 #include "benchmarks/program/command.hpp"
@@ -198,6 +201,50 @@ TEST_CASE("a sweep that is stopped anywhere and resumed has the rows of one that
   CHECK_THROWS_AS(run_trade(options), UsageError);
 }
 
+TEST_CASE("a sweep that is killed ten times at random moments and resumed has the rows of one that was left alone") {
+  const TemporaryFile file("beam.toml", beam);
+  const TemporaryFolder folder;
+  TradeOptions options = options_for(file.path(), folder.path / "whole");
+  const auto start = std::chrono::steady_clock::now();
+  const TradeSweep whole = run_trade(options);
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> moment(0.0, seconds);
+  std::set<std::uintmax_t> sizes;  // of the journals after the kills
+  for (int killed = 0, sweeps = 0; killed < 10; ++sweeps) {
+    // The first ones are mostly killed in the reference run, which the others take from the sweep that was left alone.
+    if (killed >= 3) options.reference_from = folder.path / "whole";
+    options.directory = folder.path / std::to_string(sweeps);
+    const std::filesystem::path journal = options.directory / "beam_journal.jsonl";
+    for (bool ended = false; !ended && killed < (options.reference_from.empty() ? 3 : 10);) {
+      options.resume = std::filesystem::exists(journal);
+      end_openmp_threads();
+      const pid_t child = ::fork();
+      if (child == 0) {
+        try {
+          run_trade(options);
+        } catch (...) {
+          ::_exit(2);
+        }
+        ::_exit(0);
+      }
+      REQUIRE(child > 0);
+      ::usleep(static_cast<useconds_t>(1e6 * moment(random)));
+      ::kill(child, SIGKILL);
+      int status = 0;
+      REQUIRE(::waitpid(child, &status, 0) == child);
+      ended = WIFEXITED(status);
+      if (ended) REQUIRE(WEXITSTATUS(status) == 0);
+      killed += !ended;
+      sizes.insert(std::filesystem::exists(journal) ? std::filesystem::file_size(journal) : 0);
+    }
+    options.resume = std::filesystem::exists(journal);
+    CHECK(without_times(run_trade(options)) == without_times(whole));
+  }
+  CHECK(sizes.size() >= 3);  // kills came in the middle, and the sweep went on from there
+}
+
 TEST_CASE("a sweep that cannot start says so and writes nothing") {
   const TemporaryFolder folder;
   const auto sweep = [&](const std::string& text) {
@@ -208,7 +255,16 @@ TEST_CASE("a sweep that cannot start says so and writes nothing") {
   };
   CHECK_THROWS_AS(sweep(std::string(beam) + "[[quantity]]\nkind = \"displacement\"\npoint = [5, 0, 0]\n"), SceneError);
   CHECK_THROWS_AS(sweep(beam), UsageError);  // its reference is not there
+
+  // A coarser run with the reference's settings would say that the reference is exact.
+  const TemporaryFile file("beam.toml", beam);
+  TradeOptions options = options_for(file.path(), folder.path / "none");
+  options.reference = {"box.cells=[8, 2, 2]", "adapt.max_dofs=3000"};
+  options.interrupted = [] { return true; };
+  CHECK_THROWS_AS(run_trade(options), UsageError);
   CHECK_FALSE(std::filesystem::exists(folder.path / "none"));
+  options.coarser = {"adapt.max_dofs=1000"};
+  CHECK_FALSE(run_trade(options).finished);  // interrupted, not refused
 }
 
 TEST_CASE("a journal is written with its first line, by one sweep at a time, and never over another file") {

@@ -262,7 +262,7 @@ Swing run_swing(const std::vector<double>& taus) {
       v += dv + system.prescribed;
       TissueState trial = state;
       update(mesh, v - v0, tau, trial);
-      if (!(equilibrium_error(mesh, problem, trial, v0, {}, tau) <= newton.newton_residual)) continue;
+      if (!(out_of_balance(mesh, problem, trial, v0, {}, tau).error() <= newton.newton_residual)) continue;
       row.plain_iterations = iteration;
       break;
     }

@@ -70,6 +70,21 @@ TEST_CASE("outside the tissue there are no rows and no force", "[insertion]") {
   CHECK(run.insertion.tissue.state.u.isZero(0.0));
 }
 
+TEST_CASE("a tip that ends a frame at the very surface is in balance", "[insertion][newton]") {
+  // What it presses with is round-off, 1e-15 N: no share of it can be asked of Newton's iteration.
+  InsertionSetup setup;
+  setup.step.newton_iterations = 100;
+  setup.step.newton_residual = 1e-6;
+  setup.strokes = {{{0.012, 0.0, 0.0}, 1.2}};
+  setup.time_step = GENERATE(2.5e-3, 5e-3, 1e-2);
+  const int frames_to_surface = static_cast<int>(std::lround(setup.start_distance / (0.01 * setup.time_step)));
+  const InsertionRun run = run_insertion(setup, frames_to_surface + 3);
+  CAPTURE(setup.time_step);
+  CHECK(run.unconverged() == 0);
+  CHECK(std::abs(run.frames[static_cast<std::size_t>(frames_to_surface) - 1].force) < 1e-12);
+  CHECK(run.frames.back().force > 1e-3);
+}
+
 TEST_CASE("a rigid channel holds a withdrawn needle by exactly the sum of its friction", "[insertion][friction]") {
   const InsertionSetup setup = rigid_channel();
   const InsertionRun run = run_insertion(setup, 490);

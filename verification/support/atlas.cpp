@@ -1,16 +1,7 @@
 #include "verification/support/atlas.hpp"
 
-#include <fcntl.h>
-#include <poll.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
-#include <chrono>
 #include <cmath>
-#include <csignal>
-#include <cstdint>
 #include <cstdio>
 #include <cstring>
 #include <limits>
@@ -73,23 +64,20 @@ std::string packed(const AtlasPoint& point) {
   return bytes;
 }
 
-/// Takes them out again; `whole` turns false where the bytes end too soon.
+/// Takes them out again.
 struct Unpacking {
   std::string_view bytes;
-  bool whole = true;
 
   double number() {
     double value = 0.0;
-    if (bytes.size() < sizeof value) return whole = false, 0.0;
-    std::memcpy(&value, bytes.data(), sizeof value);
+    std::memcpy(&value, bytes.substr(0, sizeof value).data(), sizeof value);
     bytes.remove_prefix(sizeof value);
     return value;
   }
   std::string text() {
-    const double length = number();
-    if (!(length <= static_cast<double>(bytes.size()))) return whole = false, "";
-    const std::string value(bytes.substr(0, static_cast<std::size_t>(length)));
-    bytes.remove_prefix(value.size());
+    const auto length = static_cast<std::size_t>(number());
+    const std::string value(bytes.substr(0, length));
+    bytes.remove_prefix(length);
     return value;
   }
   AtlasPoint point() {
@@ -101,7 +89,7 @@ struct Unpacking {
     point.why = text();
     point.scene = text();
     const double files = number();
-    for (int i = 0; i < files && whole; ++i) {
+    for (int i = 0; i < files; ++i) {
       AtlasFile& file = point.files.emplace_back();
       file.name = text();
       file.content = text();
@@ -110,89 +98,38 @@ struct Unpacking {
   }
 };
 
-int announce_to = -1;  ///< in a process that tries a value: where its points go
-
-void send(const AtlasPoint& point) {
-  const std::string bytes = packed(point);
-  for (std::size_t done = 0; done < bytes.size();) {
-    const ssize_t written = ::write(announce_to, bytes.data() + done, bytes.size() - done);
-    if (written < 0 && errno != EINTR) return;  // nobody listens any more
-    if (written > 0) done += static_cast<std::size_t>(written);
-  }
-}
+const Say* announce_by = nullptr;  ///< in a process that tries a value: how its points go to the one that waits
 
 }  // namespace
 
 void announce_scene(const std::string& scene, std::span<const AtlasFile> files) {
-  if (announce_to < 0) return;
+  if (!announce_by) return;
   AtlasPoint point;
   point.scene = scene;
   point.files.assign(files.begin(), files.end());
-  send(point);
+  (*announce_by)(packed(point));
 }
 
 std::optional<AtlasPoint> try_value_apart(const AtlasAxis& axis, double value, double seconds,
                                           const std::function<bool()>& interrupted) {
-  int ends[2];
-  if (::pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error(std::string("no pipe: ") + std::strerror(errno));
-  end_openmp_threads();
-  const pid_t parent = ::getpid(), child = ::fork();
-  if (child < 0) {
-    const std::string why = std::strerror(errno);
-    ::close(ends[0]);
-    ::close(ends[1]);
-    throw std::runtime_error("no further process: " + why);
-  }
-  if (child == 0) {
-    ::close(ends[0]);
-    end_with_parent(parent);
-    announce_to = ends[1];
-    send(try_value(axis, value));
-    ::_exit(0);
-  }
-  ::close(ends[1]);
-  std::string bytes;
-  bool ended = false, stopped = false;
-  const auto start = std::chrono::steady_clock::now();
-  const auto spent = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
-  while (!ended && !stopped && spent() < seconds) {
-    pollfd wait{ends[0], POLLIN, 0};
-    constexpr int milliseconds = 100;
-    if (::poll(&wait, 1, milliseconds) > 0) {
-      char buffer[65536];
-      const ssize_t read = ::read(ends[0], buffer, sizeof buffer);
-      if (read > 0) bytes.append(buffer, static_cast<std::size_t>(read));
-      ended = read == 0;
-    }
-    stopped = interrupted();
-  }
-  if (!ended) ::kill(child, SIGKILL);
-  int status = 0;
-  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
-  }
-  ::close(ends[0]);
-  if (stopped) return {};
-
-  // The last one that came whole: the result, or what the point announced before it.
-  AtlasPoint point, next;
-  int points = 0;
-  for (Unpacking rest{bytes}; !rest.bytes.empty();) {
-    next = rest.point();
-    if (!rest.whole) break;
-    point = std::move(next);
-    ++points;
-  }
-  if (ended && WIFEXITED(status) && WEXITSTATUS(status) == 0 && points > 0) return point;
-  point.value = value;
-  point.ok = point.refused = false;
-  point.measure = std::numeric_limits<double>::quiet_NaN();
-  if (!ended)
-    point.why = "no end within " + short_text(seconds) + " s";
-  else if (WIFSIGNALED(status))
-    point.why = std::string("a crash: ") + ::strsignal(WTERMSIG(status));
-  else
-    point.why = "the process ended by itself, code " + std::to_string(WEXITSTATUS(status));
-  return point;
+  AtlasPoint announced;  // what the point said before it ended as it should not
+  ApartOptions options;
+  options.seconds = seconds;
+  options.interrupted = interrupted;
+  options.heard = [&](const std::string& bytes) { announced = Unpacking{bytes}.point(); };
+  const ApartResult result = run_apart(
+      [&](const Say& say) {
+        announce_by = &say;
+        return packed(try_value(axis, value));
+      },
+      options);
+  if (result.end == ApartResult::End::stopped) return {};
+  if (result.end == ApartResult::End::done) return Unpacking{result.bytes}.point();
+  announced.value = value;
+  announced.ok = announced.refused = false;
+  announced.measure = std::numeric_limits<double>::quiet_NaN();
+  announced.why = result.why;
+  return announced;
 }
 
 std::vector<double> atlas_values(const AtlasAxis& axis, bool full) {

@@ -55,7 +55,7 @@ struct AtlasAxis {
 
 struct AtlasOptions {
   bool full = false;      ///< more_values too
-  double seconds = 60.0;  ///< that a value may take; one that takes longer hangs, and fails
+  double seconds = 60.0;  ///< as in ApartOptions: a value that takes longer hangs, and fails
   std::function<void(double fraction, const std::string& doing)> progress = [](double, const std::string&) {};
   std::function<bool()> interrupted = [] { return false; };  ///< true: return what is finished
 };

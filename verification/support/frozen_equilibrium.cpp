@@ -75,7 +75,7 @@ FrozenEquilibrium frozen_equilibrium(const InsertionProblem& problem, const Inse
     }
     TissueState end = start;
     update(mesh, tissue_end - system.velocity, tau, end);
-    result.error = equilibrium_error(mesh, motion.tissue, end, system.velocity, impulse, tau, time);
+    result.error = out_of_balance(mesh, motion.tissue, end, system.velocity, impulse, tau, time).error();
     result.converged = solved.converged && result.error <= smallest_error && change <= 1e-8 * largest;
   }
   for (const ContactRows& row : rows)

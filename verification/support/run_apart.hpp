@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <string>
 
 namespace finegauge {
@@ -13,20 +14,27 @@ struct ApartResult {
   std::string why;    ///< one line; empty when done
 };
 
-/// compute() in a fork of this process, so that a crash, memory that runs out and work that does not end are failures
+/// Sends a message to the process that waits for a computation.
+using Say = std::function<void(const std::string&)>;
+
+struct ApartOptions {
+  /// Of processor time that it may take, whole ones, so that a busy machine fails nothing; or twenty times as many of
+  /// wall time.
+  double seconds = std::numeric_limits<double>::infinity();
+  std::function<bool()> interrupted = [] { return false; };  ///< asked ten times a second, true ends it
+  std::function<void(std::string)> heard = [](const std::string&) {};  ///< each message, in order, while it runs
+};
+
+/// compute(say) in a fork of this process, so that a crash, memory that runs out and work that does not end are failures
 /// of this one computation, and all its memory is given back. What it throws is a crash with the exception's words, or
 /// a refusal. It does not outlive this process.
-/// `seconds`: of processor time that it may take, whole ones, so that a busy machine fails nothing; or twenty times as
-/// many of wall time; `interrupted`: asked ten times a second, true ends it.
+ApartResult run_apart(const std::function<std::string(const Say&)>& compute, const ApartOptions& options);
+/// The same of a computation that has nothing to say.
 ApartResult run_apart(
     const std::function<std::string()>& compute, double seconds,
     const std::function<bool()>& interrupted = [] { return false; });
 
 /// A fork has none of the threads that OpenMP keeps waiting, and would wait for them for ever: they are given up first.
 void end_openmp_threads();
-
-/// In a fork: ends it when `parent`, which must be what made it, is no more. Where the system has no such service (only
-/// Linux does) nothing.
-void end_with_parent(int parent);
 
 }  // namespace finegauge
