@@ -9,8 +9,6 @@ namespace finegauge {
 
 namespace {
 
-constexpr double margin = 1.05;
-
 /// Of a scene without a needle, in a box.
 ProblemKind kind_of(const Scene& scene) {
   if (scene.dynamics) return ProblemKind::moving;
@@ -57,7 +55,7 @@ std::optional<CertifiedRange> certified_range(const Scene& scene, double eta, bo
   if (!converged || !why_uncertified(scene).empty()) return {};
   const std::optional<EffectivityRange> range = effectivity_range(kind_of(scene));
   if (!range) return {};
-  return CertifiedRange{eta / (margin * range->high), eta * margin / range->low};
+  return CertifiedRange{eta / (certificate_margin * range->high), eta * certificate_margin / range->low};
 }
 
 std::string certificate_text(const Scene& scene, double eta, bool converged) {

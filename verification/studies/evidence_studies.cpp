@@ -4,6 +4,7 @@
 #include "verification/studies/determinism.hpp"
 #include "verification/studies/estimator_ladder.hpp"
 #include "verification/studies/friction_evidence.hpp"
+#include "verification/studies/holdout.hpp"
 #include "verification/studies/macneal_harder.hpp"
 #include "verification/studies/manufactured_corotational.hpp"
 #include "verification/studies/manufactured_dynamics.hpp"
@@ -45,6 +46,8 @@ std::span<const EvidenceStudy> evidence_studies() {
       {"estimator", discretization_error,
        "the certificate: estimated over true error of three estimators on a ladder of known solutions",
        &estimator_ladder_evidence},
+      {"holdout", discretization_error,
+       "the certificate on problems that it does not rest on, some of them drawn blind", &holdout_evidence},
       {"solver", numerical_solver_error,
        "residual against true error, contact forces over 16 decades of weight, the oscillator's steps",
        &solver_evidence},
