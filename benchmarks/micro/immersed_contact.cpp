@@ -1,5 +1,6 @@
 #include <benchmark/benchmark.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 
 #include "core/mesh/body_location.hpp"
@@ -77,6 +78,29 @@ void immersed_entry(benchmark::State& state, double away) {
 BENCHMARK_CAPTURE(immersed_entry, at_the_surface, 0.0)->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(immersed_entry, near_it, 0.004)->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(immersed_entry, far_away, 0.05)->Unit(benchmark::kMicrosecond);
+
+/// A needle that all but slides along the surface: 20 mm, in the middle a micrometre under it.
+void immersed_grazing(benchmark::State& state) {
+  const Organ& made = organ();
+  const BaseMesh& base = made.forest.base();
+  const auto under = nearest_body_surface(base, made.mesh, made.u, carried_point(0.0008), 1e-3);
+  if (!under) {
+    state.SkipWithError("no surface near");
+    return;
+  }
+  const Eigen::Vector3d middle = under->position + 1e-6 * under->inward, way = 0.01 * under->inward.unitOrthogonal();
+  for (auto _ : state) {
+    auto hit = first_body_entry(base, made.mesh, made.u, middle - way, middle + way);
+    benchmark::DoNotOptimize(hit);
+  }
+  const auto hit = first_body_entry(base, made.mesh, made.u, middle - way, middle + way);
+  if (locate_in_body(base, made.mesh, made.u, middle - way) || !locate_in_body(base, made.mesh, made.u, middle))
+    state.SkipWithError("the segment does not graze the surface");
+  else if (!hit || !(hit->fraction < 0.5))
+    state.SkipWithError("the surface was missed where it is grazed");
+  count_organ(state);
+}
+BENCHMARK(immersed_grazing)->Unit(benchmark::kMicrosecond);
 
 void immersed_inside(benchmark::State& state, double depth) {
   const Organ& made = organ();
