@@ -13,13 +13,13 @@
 
 namespace finegauge {
 
-namespace {
-
 /// Which BLAS is installed and whether OpenMP is there is found at run time; what is not there needs nothing.
 void use_one_thread() {
   for (const char* name : {"openblas_set_num_threads", "omp_set_num_threads"})
     if (void* const symbol = dlsym(RTLD_DEFAULT, name)) reinterpret_cast<void (*)(int)>(symbol)(1);
 }
+
+namespace {
 
 std::unique_ptr<LshapeWorkload> solved(LshapeProblem problem) {
   auto work = std::make_unique<LshapeWorkload>(LshapeWorkload{std::move(problem), {}, {}, {}, {}, {}});

@@ -31,6 +31,9 @@ inline const LshapeWorkload& lshape_workload(const benchmark::State& state) {
   return lshape_workload(state.range(0) != 0, static_cast<int>(state.range(1)));
 }
 
+/// BLAS and OpenMP, where they are there. A benchmark that brings its own work calls it before it builds that.
+void use_one_thread();
+
 /// Refines the marked leaves 2×2×2.
 void refine_marked(RefinementForest& forest, const Mesh& mesh, const std::vector<int>& marked);
 inline constexpr double lshape_theta = 0.3;  ///< the paper's marking fraction

@@ -11,7 +11,21 @@ namespace {
 
 constexpr int no_depth_limit = 1000;
 
-std::vector<Refinement> choose(LshapeScheme scheme, const LshapeRunOptions& options, const StaticSolution& solution) {
+}  // namespace
+
+std::string to_string(LshapeScheme scheme) {
+  switch (scheme) {
+    case LshapeScheme::uniform:
+      return "uniform";
+    case LshapeScheme::adaptive:
+      return "adaptive";
+    default:
+      return "directional";
+  }
+}
+
+std::vector<Refinement> choose_refinements(LshapeScheme scheme, const LshapeRunOptions& options,
+                                           const StaticSolution& solution) {
   const Mesh& mesh = solution.discretization.mesh;
   if (scheme == LshapeScheme::directional)
     return choose_templates(mesh, solution.estimate, options.directional, no_depth_limit);
@@ -24,19 +38,6 @@ std::vector<Refinement> choose(LshapeScheme scheme, const LshapeRunOptions& opti
       chosen.push_back({cell, {}});
   }
   return chosen;
-}
-
-}  // namespace
-
-std::string to_string(LshapeScheme scheme) {
-  switch (scheme) {
-    case LshapeScheme::uniform:
-      return "uniform";
-    case LshapeScheme::adaptive:
-      return "adaptive";
-    default:
-      return "directional";
-  }
 }
 
 std::vector<LshapeStep> run_lshape(LshapeScheme scheme, const LshapeRunOptions& options,
@@ -65,7 +66,7 @@ std::vector<LshapeStep> run_lshape(LshapeScheme scheme, const LshapeRunOptions& 
     steps.push_back(step);
     if (!observer(step, *solution) || !step.converged || step.dofs >= options.enough_dofs) return steps;
     Stopwatch watch;
-    const std::vector<Refinement> chosen = choose(scheme, options, *solution);
+    const std::vector<Refinement> chosen = choose_refinements(scheme, options, *solution);
     mark_ms = watch.lap();
     if (apply_refinements(lshape.forest, d.mesh, chosen) == 0) return steps;
     refine_ms = watch.lap();

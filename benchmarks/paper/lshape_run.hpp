@@ -43,6 +43,10 @@ struct LshapeRunOptions {
   int enough_dofs = 40000;         ///< a sequence ends with the first mesh that has as many
 };
 
+/// What leads from a mesh to the next: all cells, the maximum strategy's, or each with a template of its own.
+std::vector<Refinement> choose_refinements(LshapeScheme scheme, const LshapeRunOptions& options,
+                                           const StaticSolution& solution);
+
 /// Told of every mesh; false ends the sequence.
 using LshapeObserver = std::function<bool(const LshapeStep&, const StaticSolution&)>;
 
