@@ -167,7 +167,7 @@ InsertionReport advance_frame(const InsertionProblem& problem, Insertion& insert
   Tissue& tissue = insertion.tissue;
   InsertionReport report;
   FrameReport& frame = report.frame;
-  fade(tissue.release, tissue.mesh);
+  if (!tissue.release.frames_left.empty()) fade(tissue.release, tissue.mesh);
   frame = begin_report(tissue);
   Stopwatch watch(motion.stage_clock);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "core/solve/anderson_mixing.hpp"
@@ -147,7 +148,7 @@ TissueStepReport step_tissue(const TissueMesh& mesh, const TissueProblem& proble
                              TissueState& state) {
   TissueStepReport report;
   const Eigen::VectorXd none;
-  AndersonMixing mixing(mixing_depth);
+  std::optional<AndersonMixing> mixing;
   Eigen::VectorXd v, dv;  // v: the end velocity so far
   TissueState end;
   for (;;) {
@@ -160,8 +161,8 @@ TissueStepReport step_tissue(const TissueMesh& mesh, const TissueProblem& proble
     report.linear_iterations += linear.iterations;
     report.residual = linear.relative_residual;
     // The first solve freezes other rotations than the map that is iterated after it, so it is not mixed.
-    const Eigen::VectorXd next =
-        report.newton_iterations == 1 ? Eigen::VectorXd(system.velocity + dv) : mixing.next(v, dv);
+    if (report.newton_iterations == 2) mixing.emplace(mixing_depth);
+    const Eigen::VectorXd next = mixing ? mixing->next(v, dv) : Eigen::VectorXd(system.velocity + dv);
     if (!next.allFinite()) {
       report.converged = false;
       report.equilibrium_error = report.newton_iterations == 1 ? 1.0 : report.equilibrium_error;

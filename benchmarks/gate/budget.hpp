@@ -28,6 +28,9 @@ struct Budget {
   double low = 0.0;   ///< inclusive; of instructions and time: of the ratio
   double high = 0.0;
   JobWords over;  ///< of instructions: the command to compare with; empty: the base build
+  /// Of instructions: only those of this function and of what it calls, by its name as callgrind writes it, with the
+  /// types of its arguments. Empty: those of the whole process, of which pictures and texts may be nine tenths.
+  std::string within;
   /// Of time: the column of the result's rows that holds a frame's milliseconds. processor_ms where none is given: what
   /// a frame's own work takes. frame_ms is the wall clock's, with what others do on the machine.
   std::string frames;

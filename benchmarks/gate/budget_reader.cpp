@@ -29,7 +29,7 @@ std::vector<std::string_view> keys_of(BudgetKind kind) {
       add({"value", "equals", "low", "high"});
       break;
     case BudgetKind::instructions:
-      add({"over", "low", "high"});
+      add({"over", "within", "low", "high"});
       break;
     case BudgetKind::time:
       add({"against", "percentile", "frames", "slower", "low", "high"});
@@ -100,6 +100,7 @@ class BudgetTable {
       case BudgetKind::instructions:
         budget.over = text("over").value_or("base") == "base" ? JobWords{} : command("over");
         if (!has("over")) missing("over", "\"base\" or a command of finegauge");
+        budget.within = text("within").value_or("");
         read_bounds(budget);
         if (!(budget.low > 0.0)) refuse("low", "a ratio above 0");
         break;

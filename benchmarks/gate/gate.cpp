@@ -4,6 +4,7 @@
 #include <map>
 #include <random>
 #include <set>
+#include <tuple>
 
 #include "benchmarks/gate/calibration_kernel.hpp"
 #include "benchmarks/gate/time_runs.hpp"
@@ -18,8 +19,9 @@ class Gate {
  public:
   Gate(std::span<const Budget> budgets, const GateOptions& options)
       : budgets_(budgets), options_(options), random_(options.seed), runner_(seconds_allowed) {
-    std::set<std::pair<bool, JobWords>> jobs;
-    for (const Budget& budget : budgets) jobs.insert({budget.kind == BudgetKind::instructions, budget.run});
+    std::set<std::tuple<bool, std::string, JobWords>> jobs;
+    for (const Budget& budget : budgets)
+      jobs.insert({budget.kind == BudgetKind::instructions, budget.within, budget.run});
     jobs_planned_ = jobs.size();
   }
 
@@ -45,9 +47,10 @@ class Gate {
       case BudgetKind::counter:
         return judge_number(budget, result_of(budget.run));
       case BudgetKind::instructions:
-        return judge_instructions(budget, instructions_of(JobRunner::this_program(), budget.run),
-                                  budget.over.empty() ? instructions_of(*options_.base, budget.run)
-                                                      : instructions_of(JobRunner::this_program(), budget.over));
+        return judge_instructions(budget, instructions_of(JobRunner::this_program(), budget.run, budget.within),
+                                  budget.over.empty()
+                                      ? instructions_of(*options_.base, budget.run, budget.within)
+                                      : instructions_of(JobRunner::this_program(), budget.over, budget.within));
       case BudgetKind::time:
         return judge_time(budget, times_of(budget.run));
     }
@@ -65,11 +68,12 @@ class Gate {
     return job;
   }
 
-  const CountedInstructions& instructions_of(const std::filesystem::path& program, const JobWords& words) {
-    const std::pair<std::string, JobWords> key{program.string(), words};
+  const CountedInstructions& instructions_of(const std::filesystem::path& program, const JobWords& words,
+                                             const std::string& within) {
+    const std::tuple<std::string, JobWords, std::string> key{program.string(), words, within};
     if (const auto found = counted_.find(key); found != counted_.end()) return found->second;
     tell("instructions of " + to_string(words));
-    return counted_[key] = runner_.count_instructions(program, words);
+    return counted_[key] = runner_.count_instructions(program, words, within);
   }
 
   /// The budgets on the frame times of a command that can be judged in this run.
@@ -109,7 +113,7 @@ class Gate {
   std::optional<CalibrationKernel> kernel_;
   std::map<JobWords, JobResult> results_;
   std::map<JobWords, TimeRuns> times_;
-  std::map<std::pair<std::string, JobWords>, CountedInstructions> counted_;
+  std::map<std::tuple<std::string, JobWords, std::string>, CountedInstructions> counted_;
   std::vector<GateJob> jobs_;
   std::size_t jobs_planned_ = 0, jobs_done_ = 0;
 };

@@ -271,15 +271,28 @@ TEST_CASE("instructions are compared where valgrind can count them, else told as
   // Stands in for callgrind: a million and a half for the finer scene, less for the other.
   folder.write_script("bin/valgrind", R"(
 [ "$1" = --version ] && exit 0
-for word; do case $word in --log-file=*) log=${word#--log-file=} ;; finer.toml) count=1545000 ;; esac; done
+share=1
+for word; do case $word in
+  --log-file=*) log=${word#--log-file=} ;;
+  --toggle-collect=frame*int*) share=0 ;;
+  finer.toml) count=1545000 finer=1 ;;
+esac; done
 while [ "${1#--}" != "$1" ]; do shift; done
 "$@" || exit
+[ $share = 1 ] || count=$((200000 + 50000 * ${finer:-0}))
 echo "==1== Collected : ${count:-1500000}" > "$log"
 )");
   const std::string with = "PATH=\"$PWD/bin:$PATH\"";
   CHECK(folder.gate(budgets, "", with) == 0);
   CHECK(folder.check("more").at("value").get<double>() == Approx(1.03));
   CHECK(folder.gate(budget("more", counted + "low = 0.99\nhigh = 1.01"), "", with) == 1);
+  // A function's own: a change that the rest of the process would hide.
+  const std::string within = counted + "within = \"frame(int)\"\n";
+  CHECK(folder.gate(
+            budget("whole", counted + "low = 1.02\nhigh = 1.04") + budget("frames", within + "low = 1.24\nhigh = 1.26"),
+            "", with) == 0);
+  CHECK(folder.check("frames").at("value").get<double>() == Approx(1.25));
+  CHECK(folder.result.at("rows")[1].at("within") == "frame(int)");
 
   const std::string without = "PATH=/nonexistent";
   CHECK(folder.gate(budgets, "", without) == 1);

@@ -61,13 +61,15 @@ JobResult JobRunner::run(const std::filesystem::path& program, const JobWords& w
   return result;
 }
 
-CountedInstructions JobRunner::count_instructions(const std::filesystem::path& program, const JobWords& words) {
+CountedInstructions JobRunner::count_instructions(const std::filesystem::path& program, const JobWords& words,
+                                                  const std::string& within) {
   const Files files = files_for_next();
   const std::string log = files.folder.string() + ".callgrind";
   if (run_process({"valgrind", "--version"}, files.out, files.err, seconds_allowed_).exit_code != 0)
     return {{}, true, "valgrind is not installed"};
   std::vector<std::string> line = {"valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null",
                                    "--log-file=" + log};
+  if (!within.empty()) line.push_back("--toggle-collect=" + within);
   const std::vector<std::string> job = command_line(program, words, files);
   line.insert(line.end(), job.begin(), job.end());
   const ProcessEnd end = run_process(line, files.out, files.err, seconds_allowed_);
@@ -83,7 +85,8 @@ CountedInstructions JobRunner::count_instructions(const std::filesystem::path& p
   const std::string key = "Collected :";
   const std::size_t at = told.find(key);
   const double count = at == std::string::npos ? 0.0 : std::strtod(told.c_str() + at + key.size(), nullptr);
-  if (!(count > 0.0)) return {{}, false, "callgrind counted no instructions"};
+  if (!(count > 0.0))
+    return {{}, false, "callgrind counted no instructions" + (within.empty() ? "" : " within " + within)};
   return {count, false, {}};
 }
 

@@ -31,8 +31,9 @@ class JobRunner {
   explicit JobRunner(double seconds_allowed) : seconds_allowed_(seconds_allowed) {}
 
   JobResult run(const std::filesystem::path& program, const JobWords& words);
-  /// Under callgrind, which executes some fifty times slower.
-  CountedInstructions count_instructions(const std::filesystem::path& program, const JobWords& words);
+  /// Under callgrind, which executes some fifty times slower. `within`: Budget::within.
+  CountedInstructions count_instructions(const std::filesystem::path& program, const JobWords& words,
+                                         const std::string& within);
   /// The program that is running.
   static std::filesystem::path this_program();
 

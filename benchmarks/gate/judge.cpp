@@ -113,6 +113,7 @@ Judgement judge_instructions(const Budget& budget, const CountedInstructions& he
   judgement.details = {{"instructions", *head.count},
                        {"over", budget.over.empty() ? "base" : to_string(budget.over)},
                        {"instructions_over", *other.count}};
+  if (!budget.within.empty()) judgement.details["within"] = budget.within;
   return judgement;
 }
 

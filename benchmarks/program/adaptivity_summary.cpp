@@ -74,14 +74,18 @@ Json popping_summary(const Scene& scene, const MotionRun& run) {
   put(popping, "toggles", adapts, toggles, no_adapt);
   put(popping, "toggles_per_cell_and_second", adapts && cell_seconds > 0.0,
       cell_seconds > 0.0 ? toggles / cell_seconds : 0.0, adapts ? "no time has passed" : no_adapt);
-  const bool checked = scene.dynamics->check_popping && largest_force > 0.0;
-  const char* why_not = scene.dynamics->check_popping ? "there was no force" : "check_popping = false";
+  if (!scene.dynamics->check_popping) {
+    for (const char* key : {"judged_changes", "largest_excess", "largest_step", "largest_asked"})
+      put(popping, key, false, 0.0, "check_popping = false");
+    return popping;
+  }
+  const bool pressed = largest_force > 0.0;
   const PoppingSummary summary = summarize(run.mesh_changes);
-  const double unit = checked ? 1.0 / largest_force : 0.0;
-  put(popping, "judged_changes", scene.dynamics->check_popping, summary.judged, why_not);
-  put(popping, "largest_excess", checked, unit * summary.largest_excess, why_not);
-  put(popping, "largest_step", checked, unit * summary.largest_step, why_not);
-  put(popping, "largest_asked", checked, unit * summary.largest_asked, why_not);
+  const double unit = pressed ? 1.0 / largest_force : 0.0;
+  popping["judged_changes"] = summary.judged;
+  put(popping, "largest_excess", pressed, unit * summary.largest_excess, "there was no force");
+  put(popping, "largest_step", pressed, unit * summary.largest_step, "there was no force");
+  put(popping, "largest_asked", pressed, unit * summary.largest_asked, "there was no force");
   return popping;
 }
 

@@ -92,7 +92,8 @@ void print_list(const std::vector<Budget>& budgets) {
       std::printf("    p%d of %s within %s to %s frames of the calibration kernel\n", budget.percentile,
                   budget.frames.c_str(), short_number(budget.low).c_str(), short_number(budget.high).c_str());
     else
-      std::printf("    %s to %s times those of %s\n", short_number(budget.low).c_str(),
+      std::printf("    %s%s%s to %s times those of %s\n", budget.within.empty() ? "" : "within ",
+                  budget.within.empty() ? "" : (budget.within + ": ").c_str(), short_number(budget.low).c_str(),
                   short_number(budget.high).c_str(),
                   budget.over.empty() ? "the base" : ("finegauge " + to_string(budget.over)).c_str());
     std::printf("    %s\n", budget.reason.c_str());

@@ -264,6 +264,7 @@ Json motion_checks(const MotionRun& run, bool ended_by_user) {
     checks.push_back(check("frames", static_cast<double>(run.frames.size()), run.planned_frames, run.planned_frames));
   double largest_force = 0.0;
   for (const MotionFrame& frame : run.frames) largest_force = std::max(largest_force, std::abs(frame.report.force));
+  if (run.mesh_changes.empty()) return checks;
   if (const PoppingSummary popping = summarize(run.mesh_changes); popping.judged > 0 && largest_force > 0.0)
     checks.push_back(check("popping_excess", popping.largest_excess / largest_force, 0.0, allowed_excess));
   return checks;

@@ -144,7 +144,6 @@ void check_needle_sections(const SceneDocument& document) {
 
 void read_needle(const SceneDocument& document, const BaseMesh& mesh, Scene& scene) {
   const toml::table& root = document.root();
-  if (!root.contains("needle")) return;
   const SectionReader reader(document, "needle", "needle", root.get_as<toml::table>("needle"));
   SceneNeedle needle = read_body(reader);
   const toml::array* strokes = root.get_as<toml::array>("stroke");

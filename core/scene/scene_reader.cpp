@@ -205,7 +205,8 @@ std::string scene_name(const SectionReader& reader, const std::filesystem::path&
 Scene read_scene(const std::filesystem::path& file, std::span<const std::string> overrides) {
   const SceneDocument document(file, overrides, is_text_key);
   check_sections(document);
-  check_needle_sections(document);
+  const auto given = [&](const char* section) { return document.root().contains(section); };
+  if (given("needle") || given("contact") || given("stroke")) check_needle_sections(document);
   const auto single = [&](const std::string& section) {
     return SectionReader(document, section, section, document.root().get_as<toml::table>(section));
   };
@@ -217,7 +218,7 @@ Scene read_scene(const std::filesystem::path& file, std::span<const std::string>
   scene.description = top.text("description");
   scene.dimensionless = top.text("units") == "none";
   scene.material = read_material(single("material"));
-  const bool moving = document.root().contains("dynamics");
+  const bool moving = given("dynamics");
   if (!moving) scene.solver = read_solver(single("solver"));
 
   read_geometry(document, scene);
@@ -248,11 +249,11 @@ Scene read_scene(const std::filesystem::path& file, std::span<const std::string>
   for (const SectionReader& reader : repeated(document, "load")) read_load(reader, mesh, scene);
   for (const SectionReader& reader : repeated(document, "refine"))
     scene.refinements.push_back(read_refinement(reader, mesh.shape));
-  read_needle(document, mesh, scene);
-  if (document.root().contains("adapt") && single("adapt").text("estimator") == "spr") scene.estimator = Estimator::spr;
+  if (given("needle")) read_needle(document, mesh, scene);
+  if (given("adapt") && single("adapt").text("estimator") == "spr") scene.estimator = Estimator::spr;
   if (moving)
     read_dynamics(document, mesh.shape, scene);
-  else if (document.root().contains("adapt") && single("adapt").boolean("enabled"))
+  else if (given("adapt") && single("adapt").boolean("enabled"))
     scene.adapt = read_adapt(single("adapt"), mesh.shape);
   for (const SectionReader& reader : repeated(document, "quantity")) read_quantity(reader, mesh, scene);
   return scene;

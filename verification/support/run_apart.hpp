@@ -21,13 +21,13 @@ struct ApartOptions {
   /// Of processor time that it may take, whole ones, so that a busy machine fails nothing; or twenty times as many of
   /// wall time.
   double seconds = std::numeric_limits<double>::infinity();
-  std::function<bool()> interrupted = [] { return false; };  ///< asked ten times a second, true ends it
+  std::function<bool()> interrupted = [] { return false; };            ///< asked ten times a second, true ends it
   std::function<void(std::string)> heard = [](const std::string&) {};  ///< each message, in order, while it runs
 };
 
-/// compute(say) in a fork of this process, so that a crash, memory that runs out and work that does not end are failures
-/// of this one computation, and all its memory is given back. What it throws is a crash with the exception's words, or
-/// a refusal. It does not outlive this process.
+/// compute(say) in a fork of this process, so that a crash, memory that runs out and work that does not end are
+/// failures of this one computation, and all its memory is given back. What it throws is a crash with the exception's
+/// words, or a refusal. It does not outlive this process.
 ApartResult run_apart(const std::function<std::string(const Say&)>& compute, const ApartOptions& options);
 /// The same of a computation that has nothing to say.
 ApartResult run_apart(
