@@ -1,6 +1,7 @@
 #include "benchmarks/program/certificate.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 
 #include "verification/studies/estimator_kinds.hpp"
@@ -15,6 +16,45 @@ ProblemKind kind_of(const Scene& scene) {
   if (scene.material.kinematics == Kinematics::corotational) return ProblemKind::rotated;
   return std::get<BoxMeshOptions>(scene.geometry).shape == CellShape::tetrahedron ? ProblemKind::tetrahedra
                                                                                   : ProblemKind::hexahedra;
+}
+
+constexpr std::array<std::array<const char*, 2>, 3> faces = {
+    {{"x_min", "x_max"}, {"y_min", "y_max"}, {"z_min", "z_max"}}};
+
+bool is_clamped(const Scene& scene, const char* face) {
+  return std::ranges::any_of(scene.supports, [&](const SceneSupport& support) {
+    return support.surface == face && !support.normal && (support.components.empty() || support.components.size() == 3);
+  });
+}
+
+/// Whether a singular edge may see cells that are twice as long as wide: across the rim of a clamped face, or across
+/// the edge of a notch.
+bool has_stretched_edge(const Scene& scene, const BoxMeshOptions& box) {
+  const auto stretched = [&](std::size_t a, std::size_t b) {
+    const double ratio = (box.size[static_cast<Eigen::Index>(a)] / box.cells[a]) /
+                         (box.size[static_cast<Eigen::Index>(b)] / box.cells[b]);
+    constexpr double twice = 2.0 - 1e-9;
+    return std::max(ratio, 1.0 / ratio) >= twice;
+  };
+  const auto ends_inside = [&](std::size_t axis) {
+    return box.removed && (box.removed->first[axis] > 0 || box.removed->last[axis] < box.cells[axis]);
+  };
+  for (std::size_t a = 0; a < 3; ++a) {
+    const std::size_t b = (a + 1) % 3, c = (a + 2) % 3;
+    if (ends_inside(a) && ends_inside(b) && stretched(a, b)) return true;
+    if ((is_clamped(scene, faces[a][0]) || is_clamped(scene, faces[a][1])) && (stretched(a, b) || stretched(a, c)))
+      return true;
+  }
+  return false;
+}
+
+/// Whether opposite faces are clamped and one beside them is loaded.
+bool is_pressed_between(const Scene& scene) {
+  for (std::size_t a = 0; a < 3; ++a)
+    if (is_clamped(scene, faces[a][0]) && is_clamped(scene, faces[a][1]))
+      for (const SurfaceLoad& load : scene.loads)
+        if (load.surface != faces[a][0] && load.surface != faces[a][1]) return true;
+  return false;
 }
 
 /// What the problems with a known error are and the scene is not; empty where it is. Their loads end at edges: where
@@ -33,6 +73,9 @@ std::string what_is_missing(const Scene& scene) {
     const auto surface = std::ranges::find(scene.surfaces, load.surface, &SurfaceDefinition::name);
     if (surface != scene.surfaces.end() && surface->normal.isZero()) return "is loaded on whole faces";
   }
+  if (box.shape == CellShape::hexahedron && has_stretched_edge(scene, box))
+    return "has cells less than twice as long as wide where it is clamped or notched";
+  if (is_pressed_between(scene)) return "is not loaded on a face between clamped ones";
   return "";
 }
 

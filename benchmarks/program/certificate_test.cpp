@@ -82,6 +82,28 @@ TEST_CASE("a scene unlike the rungs has no range, and a reason", "[certificate]"
   check_refused(scene, "on whole faces");
   scene.surfaces[0].normal = Eigen::Vector3d::UnitX();
   CHECK(certified_range(scene, 0.1, true));  // a plane ends where the body does
+  // Cells of 1:2 across a rim or a notch, not along it.
+  scene = box_scene();
+  scene.supports = {{.surface = "x_min"}};
+  std::get<BoxMeshOptions>(scene.geometry).cells = {8, 4, 4};
+  check_refused(scene, "less than twice as long as wide");
+  std::get<BoxMeshOptions>(scene.geometry).cells = {4, 4, 8};
+  check_refused(scene, "less than twice as long as wide");
+  std::get<BoxMeshOptions>(scene.geometry).cells = {7, 4, 4};
+  CHECK(certified_range(scene, 0.1, true));
+  scene.supports[0].components = {0};
+  std::get<BoxMeshOptions>(scene.geometry).cells = {8, 4, 4};
+  CHECK(certified_range(scene, 0.1, true));  // on rollers
+  std::get<BoxMeshOptions>(scene.geometry).removed = RemovedBlock{{4, 2, 0}, {8, 4, 4}};
+  check_refused(scene, "less than twice as long as wide");
+  std::get<BoxMeshOptions>(scene.geometry).cells = {4, 4, 8};
+  std::get<BoxMeshOptions>(scene.geometry).removed = RemovedBlock{{2, 2, 0}, {4, 4, 8}};
+  CHECK(certified_range(scene, 0.1, true));  // the notch runs along z
+  scene = box_scene();
+  scene.supports = {{.surface = "y_min"}, {.surface = "y_max"}};
+  check_refused(scene, "between clamped ones");
+  scene.loads[0].surface = "y_max";
+  CHECK(certified_range(scene, 0.1, true));
   scene = box_scene();
   scene.geometry = box_mesh(BoxMeshOptions{});
   check_refused(scene, "is in a box");

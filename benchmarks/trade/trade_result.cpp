@@ -87,14 +87,15 @@ std::vector<TradeQuestion> questions_of_front(const TradeSweep& sweep, const std
   std::vector<TradeQuestion> questions;
   if (front.empty()) return questions;
   const double worst = std::log(list[front.front()].error), best = std::log(list[front.back()].error);
-  std::vector<std::size_t> taken;
+  // Quarters of the way, but of settings that differ: two with the same error ask the same.
+  constexpr double alike = 0.05;
   for (const double share : {0.25, 0.5, 0.75}) {
+    if (front.empty()) break;
     const double wanted = worst + share * (best - worst);
     const std::size_t at =
         *std::ranges::min_element(front, {}, [&](std::size_t i) { return std::abs(std::log(list[i].error) - wanted); });
-    if (std::ranges::find(taken, at) != taken.end()) continue;
-    taken.push_back(at);
     questions.push_back({rounded(list[at].error, true), rounded(list[at].rate, false)});
+    std::erase_if(front, [&](std::size_t i) { return std::abs(std::log(list[i].error / list[at].error)) < alike; });
   }
   return questions;
 }

@@ -31,6 +31,7 @@ std::vector<HoldoutProblem> known_holdout_problems();
 std::vector<HoldoutProblem> drawn_holdout_problems();
 
 inline const std::string refused_mesh = "not a box", refused_load = "load on part of a face",
+                         refused_cells = "stretched cells at an edge", refused_between = "load between clamped faces",
                          drawn_load = "drawn load on a part";
 
 /// One mesh of one problem.

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
@@ -126,6 +127,11 @@ HoldoutProblem block_clamped_somewhere(Draws& draws, const char* what, int& held
                                       size.z(), faces[held], material.youngs_modulus, material.poisson_ratio),
                                  block(size, cells), material);
   problem.problem.supports = {clamped(faces[held])};
+  const auto length = [&](int axis) { return size[axis] / cells[static_cast<std::size_t>(axis)]; };
+  for (int axis = 0; axis < 3; ++axis) {
+    const double ratio = length(axis) / length(held / 2);
+    if (std::max(ratio, 1.0 / ratio) >= 2.0) problem.refused = refused_cells;
+  }
   return problem;
 }
 

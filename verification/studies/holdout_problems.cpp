@@ -97,8 +97,11 @@ void add_stretched_cells(Problems& problems) {
                               tensor_mesh({graded, graded, {0.0, 0.25, 0.5}}, RemovedBlock{{5, 0, 0}, {10, 5, 2}}));
   notch.refused = refused_mesh;
   finish(notch);
-  finish(add(problems, "stretched cells", "notch, 1:2", notched_square(8, 4, 2)));
+  HoldoutProblem& half = add(problems, "stretched cells", "notch, 1:2", notched_square(8, 4, 2));
+  half.refused = refused_cells;
+  finish(half);
   HoldoutProblem& flat = add(problems, "stretched cells", "notch, 1:4", notched_square(8, 2, 2));
+  flat.refused = refused_cells;
   flat.weakness = "one length of the cell where the edge sees two";
   finish(flat);
   for (const auto& [name, nx, ny] : {std::tuple{"rim, 1:2", 12, 6}, {"rim, 2:1", 6, 12}}) {
@@ -107,6 +110,7 @@ void add_stretched_cells(Problems& problems) {
     hold_exactly(rim, {"x_max", "y_max"});
     rim.problem.supports.push_back(clamped("x_min"));
     hold_plane(rim.problem);
+    rim.refused = refused_cells;
     rim.weakness = "one length of the cell where the edge sees two";
   }
 }
@@ -146,11 +150,11 @@ void add_notched_blocks(Problems& problems) {
   sheared.loads = {traction("y_min", {1.0, 0.0, 0.3})};
   StaticProblem& pressed = add(problems, "notched block", "L-shape, displaced", l_shape).problem;
   pressed.supports = {clamped("x_max"), moved("y_min", {0.0, -0.1, 0.0})};
-  StaticProblem& thin = add(problems, "notched block", "L-shape, two cells thick",
-                            block({4.0, 4.0, 0.5}, {8, 8, 2}, {{4, 0, 0}, {8, 4, 2}}))
-                            .problem;
-  thin.supports = {clamped("x_max")};
-  thin.loads = {traction("y_min", {0.0, -1.0, 0.0})};
+  HoldoutProblem& thin = add(problems, "notched block", "L-shape, two cells thick",
+                             block({4.0, 4.0, 0.5}, {8, 8, 2}, {{4, 0, 0}, {8, 4, 2}}));
+  thin.problem.supports = {clamped("x_max")};
+  thin.problem.loads = {traction("y_min", {0.0, -1.0, 0.0})};
+  thin.refused = refused_cells;
   const BaseMesh cut_cube = block({2.0, 2.0, 2.0}, {6, 6, 6}, {{3, 3, 3}, {6, 6, 6}});
   StaticProblem& cube = add(problems, "notched block", "cube without an octant", cut_cube).problem;
   cube.supports = {clamped("x_min")};
@@ -205,6 +209,7 @@ void add_blocks(Problems& problems) {
   confined.problem.supports = {roller("z_min", 2), clamped("x_min"), clamped("x_max"), clamped("y_min"),
                                clamped("y_max")};
   confined.problem.loads = {traction("z_max", {0.0, 0.0, -1.0})};
+  confined.refused = refused_between;
   confined.weakness = "a load on a face between clamped ones";
 }
 
