@@ -16,6 +16,12 @@ Scene box_scene() {
   return scene;
 }
 
+SceneSupport clamped_at(const char* face) {
+  SceneSupport support;
+  support.surface = face;
+  return support;
+}
+
 /// The range is that of the kind's rungs and a twentieth.
 void check_range(const Scene& scene, ProblemKind kind) {
   CAPTURE(why_uncertified(scene));
@@ -84,7 +90,7 @@ TEST_CASE("a scene unlike the rungs has no range, and a reason", "[certificate]"
   CHECK(certified_range(scene, 0.1, true));  // a plane ends where the body does
   // Cells of 1:2 across a rim or a notch, not along it.
   scene = box_scene();
-  scene.supports = {{.surface = "x_min"}};
+  scene.supports = {clamped_at("x_min")};
   std::get<BoxMeshOptions>(scene.geometry).cells = {8, 4, 4};
   check_refused(scene, "less than twice as long as wide");
   std::get<BoxMeshOptions>(scene.geometry).cells = {4, 4, 8};
@@ -100,7 +106,7 @@ TEST_CASE("a scene unlike the rungs has no range, and a reason", "[certificate]"
   std::get<BoxMeshOptions>(scene.geometry).removed = RemovedBlock{{2, 2, 0}, {4, 4, 8}};
   CHECK(certified_range(scene, 0.1, true));  // the notch runs along z
   scene = box_scene();
-  scene.supports = {{.surface = "y_min"}, {.surface = "y_max"}};
+  scene.supports = {clamped_at("y_min"), clamped_at("y_max")};
   check_refused(scene, "between clamped ones");
   scene.loads[0].surface = "y_max";
   CHECK(certified_range(scene, 0.1, true));
