@@ -107,7 +107,10 @@ std::vector<Budget> chosen_budgets(std::vector<Budget> budgets, const std::vecto
     if (std::ranges::none_of(budgets, [&](const Budget& b) { return b.name == word || word == to_string(b.kind); })) {
       std::string known;
       for (const Budget& budget : budgets) known.append(known.empty() ? "" : ", ").append(budget.name);
-      throw UsageError("gate: --only " + word + ": no budget has this name or kind; there are: " + known);
+      throw UsageError(std::string("gate: --only ")
+                           .append(word)
+                           .append(": no budget has this name or kind; there are: ")
+                           .append(known));
     }
   std::erase_if(budgets, [&](const Budget& budget) {
     return std::ranges::none_of(only,
