@@ -120,7 +120,9 @@ ConstrainedStep solve_step(const InsertionProblem& problem, std::span<const Cont
         out_of_balance(tissue.mesh, motion.tissue, tissue.state, step.tissue_start, step.tissue_impulse, tau, time);
     frame.equilibrium_error = left.error();
     frame.times.update_ms += watch.lap();
-    if (motion.step.newton_iterations == 1 || left.within(motion.step.newton_residual)) break;
+    if (motion.step.newton_iterations == 1 ||
+        is_balanced(left, motion.step.newton_residual, tissue.mesh, tissue.state, tau))
+      break;
     if (frame.newton_iterations >= motion.step.newton_iterations) frame.converged = false;
     if (!frame.converged) break;
   }
@@ -167,7 +169,7 @@ InsertionReport advance_frame(const InsertionProblem& problem, Insertion& insert
   Tissue& tissue = insertion.tissue;
   InsertionReport report;
   FrameReport& frame = report.frame;
-  if (!tissue.release.frames_left.empty()) fade(tissue.release, tissue.mesh);
+  if (tissue.releasing()) fade(tissue.release, tissue.mesh);
   frame = begin_report(tissue);
   Stopwatch watch(motion.stage_clock);
 

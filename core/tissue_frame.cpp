@@ -34,15 +34,14 @@ void add_tissue_work(const MotionProblem& problem, const Tissue& tissue, const T
   const TissueWork work =
       tissue_work(tissue.mesh, problem.tissue, before, tissue.state, constraint_impulse, tau, start);
   energy.work += work.loads + work.supports + work.springs;
-  if (!tissue.release.frames_left.empty())
-    energy.release += released_work(tissue.release, tissue.mesh, tissue.state.v, tau);
+  if (tissue.releasing()) energy.release += released_work(tissue.release, tissue.mesh, tissue.state.v, tau);
   energy.dissipated += work.damping + work.numerical;
 }
 
 void close(EnergyLedger& energy) { energy.closure = energy.kinetic + energy.elastic - energy.work + energy.dissipated; }
 
 FrameReport advance_frame(const MotionProblem& problem, Tissue& tissue, EnergyLedger& energy) {
-  if (!tissue.release.frames_left.empty()) fade(tissue.release, tissue.mesh);
+  if (tissue.releasing()) fade(tissue.release, tissue.mesh);
   FrameReport report = begin_report(tissue);
   Stopwatch watch(problem.stage_clock);
   const TissueState before = tissue.state;
@@ -83,7 +82,7 @@ FrameReport advance_frame(const MotionProblem& problem, Tissue& tissue, EnergyLe
 
 void follow_solution(const MotionProblem& problem, const EndedStep& step, Tissue& tissue, EnergyLedger& energy,
                      FrameReport& report) {
-  if (step.forces_jump && !tissue.release.frames_left.empty()) end_release(tissue.release, tissue.mesh);
+  if (step.forces_jump && tissue.releasing()) end_release(tissue.release, tissue.mesh);
   if (!problem.estimate_error && !problem.adapt) return;
   Stopwatch watch(problem.stage_clock);
   tissue.estimate = estimate_error(tissue.mesh.d, tissue.state.u, problem.estimator);

@@ -39,6 +39,9 @@ struct Tissue {
   bool mesh_changed = true;     ///< since the solver last saw a matrix
   double time = 0.0;            ///< [s]
   int frame = 0;
+
+  /// To be asked before anything of `release` is called: a scene without adaptivity runs none of it.
+  bool releasing() const { return !release.frames_left.empty(); }
 };
 /// At rest, undeformed but for supports that hold displacements at time zero from the first step on.
 Tissue start_tissue(RefinementForest forest, const MotionProblem& problem);

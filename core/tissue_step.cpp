@@ -140,7 +140,12 @@ OutOfBalance out_of_balance(const TissueMesh& mesh, const TissueProblem& problem
   project(mesh.d.supports, r);
   const double scale =
       std::max({inertia.norm(), loads.norm(), tau * forces.internal.norm(), damping.norm(), constraint_impulse.norm()});
-  return {r.norm(), scale, impulse_round_off(mesh, state, tau)};
+  return {r.norm(), scale};
+}
+
+bool is_balanced(const OutOfBalance& left, double relative, const TissueMesh& mesh, const TissueState& state,
+                 double tau) {
+  return left.error() <= relative || left.norm <= impulse_round_off(mesh, state, tau);
 }
 
 TissueStepReport step_tissue(const TissueMesh& mesh, const TissueProblem& problem, double time, double tau,
@@ -175,7 +180,7 @@ TissueStepReport step_tissue(const TissueMesh& mesh, const TissueProblem& proble
     report.equilibrium_error = left.error();
     report.converged = linear.converged;
     if (!linear.converged || options.newton_iterations <= 1) break;
-    if (left.within(options.newton_residual)) break;
+    if (is_balanced(left, options.newton_residual, mesh, end, tau)) break;
     report.converged = false;
     if (report.newton_iterations >= options.newton_iterations) break;
   }

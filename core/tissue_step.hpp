@@ -69,12 +69,13 @@ void update(const TissueMesh& mesh, const Eigen::VectorXd& dv, double tau, Tissu
 /// Impulses [N s] by which a state misses the implicit step.
 struct OutOfBalance {
   double norm = 0.0;
-  double scale = 0.0;      ///< the largest of the terms' norms
-  double round_off = 0.0;  ///< what the round-off of the positions alone can make of `norm`
+  double scale = 0.0;  ///< the largest of the terms' norms
   double error() const { return scale > 0.0 ? norm / scale : 0.0; }
-  /// Whether more iterations could do nothing: small against the terms, or terms of nothing.
-  bool within(double relative) const { return error() <= relative || norm <= round_off; }
 };
+/// Whether Newton's iteration is at its end: what is left is small against the terms, or no more than the round-off of
+/// the positions makes of terms that are nothing themselves.
+bool is_balanced(const OutOfBalance& left, double relative, const TissueMesh& mesh, const TissueState& state,
+                 double tau);
 
 /// Out-of-balance impulses of the implicit step that a single linear solve leaves over,
 ///   M (v⁺ - v) - τ f(u⁺, v⁺) + Jᵀλ in free directions,

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "benchmarks/micro/lshape_workload.hpp"
+#include "core/adapt/apply_refinements.hpp"
 #include "core/insertion_frame.hpp"
 #include "core/solve/direct_solver.hpp"
 #include "verification/support/insertion_setup.hpp"
@@ -90,10 +91,6 @@ void settle(RoundScene& scene, Way way) {
   scene.eta = estimate_error(d, tissue.state.u, scene.motion->estimator).relative;
 }
 
-void refine_everywhere(RefinementForest& forest) {
-  for (const int leaf : forest.leaf_mesh().forest_cell) forest.refine(leaf, {});
-}
-
 /// The phantom's block and needle, 2n × n × n base cells: 12 mm deep, the needle is drawn back by 0.8 mm and pushed on
 /// again, 0.2 mm in a frame, so that its shaft slides. Local: the paper's rule, to depth one, as the needle went in.
 RoundScene insertion_scene(Way way, int n) {
@@ -107,7 +104,7 @@ RoundScene insertion_scene(Way way, int n) {
   setup.estimate_error = way != Way::full;
   if (way != Way::full) setup.adapt = FrameAdaptRules{};
   InsertionCase made = insertion_case(setup);
-  if (way == Way::full) refine_everywhere(made.forest);
+  if (way == Way::full) refine_uniformly(made.forest);
   const auto problem = std::make_shared<InsertionProblem>(std::move(made.problem));
   RoundScene scene;
   scene.insertion = std::make_unique<Insertion>(start_insertion(std::move(made.forest), *problem));
@@ -135,7 +132,7 @@ RoundScene tissue_scene(Way way, int n) {
   box.cells = {2 * half, 2 * half, half};
   box.removed = RemovedBlock{{half, 0, 0}, {2 * half, half, half}};
   RefinementForest forest(box_mesh(box));
-  if (way == Way::full) refine_everywhere(forest);
+  if (way == Way::full) refine_uniformly(forest);
 
   const auto problem = std::make_shared<MotionProblem>();
   RoundScene scene;

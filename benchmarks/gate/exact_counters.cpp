@@ -3,6 +3,7 @@
 
 #include "benchmarks/gate/gate.hpp"
 #include "benchmarks/paper/lshape_problem.hpp"
+#include "core/adapt/apply_refinements.hpp"
 #include "core/adapt/error_estimate.hpp"
 #include "core/adapt/marking.hpp"
 #include "core/equilibrium.hpp"

@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "core/adapt/apply_refinements.hpp"
 #include "core/adapt/marking.hpp"
 
 namespace finegauge {

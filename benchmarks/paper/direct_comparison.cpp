@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "core/adapt/apply_refinements.hpp"
 #include "core/equilibrium.hpp"
 #include "core/solve/direct_solver.hpp"
 #include "core/stopwatch.hpp"

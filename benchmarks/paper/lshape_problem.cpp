@@ -52,9 +52,4 @@ LshapeProblem lshape_problem(const LshapeOptions& options) {
   return {RefinementForest(std::move(mesh)), options.material, std::move(supports), std::move(loads)};
 }
 
-void refine_uniformly(RefinementForest& forest, RefinementTemplate refinement) {
-  const Mesh mesh = forest.leaf_mesh();
-  for (const int leaf : mesh.forest_cell) forest.refine(leaf, refinement);
-}
-
 }  // namespace finegauge

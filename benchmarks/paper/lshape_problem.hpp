@@ -36,7 +36,4 @@ struct LshapeProblem {
 /// Throws std::invalid_argument when cells_per_edge is not even and positive, or a surface does not exist.
 LshapeProblem lshape_problem(const LshapeOptions& options = {});
 
-/// Refines every leaf: the uniform meshes of the study, nested in the base mesh.
-void refine_uniformly(RefinementForest& forest, RefinementTemplate refinement = {});
-
 }  // namespace finegauge

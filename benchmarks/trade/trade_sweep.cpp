@@ -37,13 +37,6 @@ std::vector<std::string> joined(std::vector<std::string> a, const std::vector<st
   return a;
 }
 
-/// What a list of KEY=VALUE comes to: a key's last value counts.
-std::map<std::string, std::string> last_values(const std::vector<std::string>& list) {
-  std::map<std::string, std::string> values;
-  for (const std::string& one : list) values[one.substr(0, one.find('='))] = one.substr(one.find('=') + 1);
-  return values;
-}
-
 std::string bytes_as_text(const std::vector<std::uint8_t>& bytes) { return {bytes.begin(), bytes.end()}; }
 std::vector<std::uint8_t> text_as_bytes(const std::string& text) { return {text.begin(), text.end()}; }
 
@@ -92,9 +85,10 @@ class Sweeper {
         wanted_(trade_reference(scene_)) {
     wanted_.fine = joined(std::move(wanted_.fine), options.reference);
     wanted_.coarser = joined(joined(std::move(wanted_.coarser), options.reference), options.coarser);
-    if (last_values(wanted_.fine) == last_values(wanted_.coarser))
-      throw UsageError("trade: --reference: the coarser run has the same settings, and would say nothing of how far " +
-                       std::string("the reference is off; --coarser KEY=VALUE makes it coarser"));
+    if (parse_overrides(wanted_.fine) == parse_overrides(wanted_.coarser))
+      throw UsageError(
+          "trade: --reference: the coarser run has the same settings, and would say nothing of how far the reference "
+          "is off; --coarser KEY=VALUE makes it coarser");
     // Their messages before anything is written.
     geometry_ = geometry_text(scene_) + geometry_text(read_scene(options.scene, joined(options.set, wanted_.fine))) +
                 geometry_text(read_scene(options.scene, joined(options.set, wanted_.coarser)));

@@ -19,4 +19,9 @@ int apply_refinements(RefinementForest& forest, const Mesh& mesh, const std::vec
   return refined;
 }
 
+void refine_uniformly(RefinementForest& forest, RefinementTemplate refinement) {
+  const Mesh mesh = forest.leaf_mesh();
+  for (const int leaf : mesh.forest_cell) forest.refine(leaf, refinement);
+}
+
 }  // namespace finegauge

@@ -15,4 +15,7 @@ namespace finegauge {
 /// multigrid hierarchy, which saves a quarter of the iterations. It counts as two levels of depth.
 int apply_refinements(RefinementForest& forest, const Mesh& mesh, const std::vector<Refinement>& refinements);
 
+/// Refines every leaf.
+void refine_uniformly(RefinementForest& forest, RefinementTemplate refinement = {});
+
 }  // namespace finegauge

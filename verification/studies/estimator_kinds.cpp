@@ -9,6 +9,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "core/adapt/apply_refinements.hpp"
 #include "core/elasticity/polynomial_cell.hpp"
 #include "core/static_step.hpp"
 #include "core/tissue_frame.hpp"
@@ -29,13 +30,6 @@ BoxMeshOptions box(const Eigen::Vector3d& size, std::array<int, 3> cells, CellSh
   options.cells = cells;
   options.shape = shape;
   return options;
-}
-
-void refine_all(RefinementForest& forest) {
-  std::vector<int> leaves;
-  for (int cell = 0; cell < forest.handle_count(); ++cell)
-    if (forest.is_leaf(cell)) leaves.push_back(cell);
-  for (const int leaf : leaves) forest.refine(leaf, {{2, 2, 2}});
 }
 
 std::vector<SupportCondition> held_all_around(const BaseMesh& base, const ManufacturedSolution& exact) {
@@ -234,7 +228,7 @@ Material gel(Kinematics kinematics) {
 KindRow rotated_row(const std::string& rung, const BoxMeshOptions& options, const StaticProblem& problem) {
   RefinementForest forest(box_mesh(options));
   const StaticSolution coarse = solved(forest, problem);
-  for (int k = 0; k < 2; ++k) refine_all(forest);
+  for (int k = 0; k < 2; ++k) refine_uniformly(forest);
   const StaticSolution fine = solved(forest, problem);
   return nested_row(ProblemKind::rotated, rung, coarse.discretization, coarse.equilibrium.u, fine.discretization,
                     fine.equilibrium.u);
@@ -341,7 +335,7 @@ std::vector<KindRow> moving_rows() {
   following.adapt = FrameAdaptRules{.refine_above = 0.5, .dwell = 3, .max_depth = 1};
   RefinementForest forest(box_mesh(box({0.08, 0.02, 0.02}, {8, 2, 2})));
   Tissue fixed = start_tissue(forest, problem), adapted = start_tissue(forest, following);
-  for (int k = 0; k < 2; ++k) refine_all(forest);
+  for (int k = 0; k < 2; ++k) refine_uniformly(forest);
   Tissue fine = start_tissue(std::move(forest), problem);
   EnergyLedger fixed_energy, adapted_energy, fine_energy;
   std::vector<KindRow> rows;

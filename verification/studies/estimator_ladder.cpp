@@ -12,6 +12,7 @@
 #include "core/equilibrated_estimate.hpp"
 #include "core/stopwatch.hpp"
 #include "verification/studies/estimator_kinds.hpp"
+#include "verification/studies/problem_parts.hpp"
 #include "verification/support/percentile.hpp"
 #include "verification/support/sample_cells.hpp"
 #include "verification/support/scrambled_mesh.hpp"
@@ -29,16 +30,6 @@ BoxMeshOptions box(const Eigen::Vector3d& origin, const Eigen::Vector3d& size, s
   options.size = size;
   options.cells = cells;
   return options;
-}
-
-void hold_exactly(const ExactField& exact, const std::vector<std::string>& surfaces, StaticProblem& problem) {
-  for (const std::string& surface : surfaces) problem.supports.push_back({surface, std::nullopt, exact.displacement});
-}
-
-/// Plane strain: no displacement across the body's two planes.
-void hold_plane(StaticProblem& problem) {
-  for (const char* surface : {"z_min", "z_max"})
-    problem.supports.push_back({surface, Eigen::Vector3d(Eigen::Vector3d::UnitZ()), {}});
 }
 
 LadderRung smooth_rung(const std::string& name, BaseMesh mesh, const ManufacturedSolution& solution,
@@ -69,11 +60,8 @@ void refine_octant(LadderRung& rung, int n, const Of& of) {
   rung.has_front = true;
 }
 
-/// The square [-1, 1]² without its quadrant x > 0, y < 0, half as thick as a leg is long.
 LadderRung notch_rung(const std::string& name, CornerMode mode, int n, int refinements, double nu = 0.3) {
-  BoxMeshOptions options = box({-1.0, -1.0, 0.0}, {2.0, 2.0, 0.5}, {2 * n, 2 * n, n / 2});
-  options.removed = RemovedBlock{{n, 0, 0}, {2 * n, n, n / 2}};
-  LadderRung rung{name, RefinementForest(box_mesh(options)), {}, {}};
+  LadderRung rung{name, RefinementForest(notched_square(n, n, n / 2)), {}, {}};
   rung.problem.material.poisson_ratio = nu;
   rung.exact = corner_field(mode, 1.5 * pi, {0.0, 0.0}, 0.75 * pi, rung.problem.material);
   hold_exactly(rung.exact, {"x_min", "x_max", "y_min", "y_max"}, rung.problem);

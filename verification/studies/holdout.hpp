@@ -34,6 +34,9 @@ inline const std::string refused_mesh = "not a box", refused_load = "load on par
                          refused_cells = "stretched cells at an edge", refused_between = "load between clamped faces",
                          drawn_load = "drawn load on a part";
 
+/// A wedge (verification/support/wedge_mesh.hpp) with the exact displacement around it, in plane strain.
+void hold_outside(HoldoutProblem& wedge);
+
 /// One mesh of one problem.
 struct HoldoutRow {
   std::string mesh;

@@ -5,7 +5,7 @@
 #include <random>
 
 #include "verification/studies/holdout.hpp"
-#include "verification/studies/holdout_shapes.hpp"
+#include "verification/studies/problem_parts.hpp"
 #include "verification/support/scrambled_mesh.hpp"
 #include "verification/support/wedge_mesh.hpp"
 
@@ -65,9 +65,7 @@ HoldoutProblem free_wedge(Draws& draws) {
       drawn(text("free wedge of %d degrees, shear %.2f, nu %.2f", degrees, shear, material.poisson_ratio),
             wedge_mesh({opening, (degrees + 89) / 90, n}), material);
   problem.exact = mixed_corner(opening, 0.5 * opening, shear, material);
-  hold_exactly(problem, {"outer"});
-  hold_plane(problem.problem);
-  problem.refused = refused_mesh;
+  hold_outside(problem);
   return problem;
 }
 
@@ -78,10 +76,8 @@ HoldoutProblem clamped_wedge(Draws& draws) {
   HoldoutProblem problem = drawn(text("clamped wedge of %d degrees, nu %.2f", degrees, material.poisson_ratio),
                                  wedge_mesh({opening, degrees > 100 ? 2 : 1, n}), material);
   problem.exact = clamped_corner_field(opening, 0.0, {0.0, 0.0}, material);
-  hold_exactly(problem, {"outer"});
+  hold_outside(problem);
   problem.problem.supports.push_back(clamped("ray_first"));
-  hold_plane(problem.problem);
-  problem.refused = refused_mesh;
   return problem;
 }
 
@@ -92,7 +88,7 @@ HoldoutProblem notch(Draws& draws) {
   HoldoutProblem problem = drawn(text("notch, cells %d:%d, shear %.2f, nu %.2f", m, n, shear, material.poisson_ratio),
                                  notched_square(n, m, draws.number(2, 4)), material);
   problem.exact = mixed_corner(1.5 * pi, 0.75 * pi, shear, material);
-  hold_exactly(problem, {"x_min", "x_max", "y_min", "y_max"});
+  hold_exactly(problem.exact, {"x_min", "x_max", "y_min", "y_max"}, problem.problem);
   hold_plane(problem.problem);
   return problem;
 }
@@ -108,7 +104,7 @@ HoldoutProblem smooth_field(Draws& draws) {
   problem.exact = combined(bulk, exact_field(smooth_solution(), material), draws.between(-1.0, 1.0),
                            exact_field(isochoric_solution(), material));
   problem.problem.body = problem.exact.body;
-  hold_exactly(problem, {"x_min", "x_max", "y_min", "y_max", "z_min", "z_max"});
+  hold_exactly(problem.exact, {"x_min", "x_max", "y_min", "y_max", "z_min", "z_max"}, problem.problem);
   problem.refused = refused_mesh;
   return problem;
 }

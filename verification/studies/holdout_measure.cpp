@@ -28,13 +28,6 @@ void refine_by_estimate(RefinementForest& forest, const StaticSolution& solution
   apply_refinements(forest, solution.discretization.mesh, refinements);
 }
 
-void refine_all(RefinementForest& forest) {
-  std::vector<int> leaves;
-  for (int cell = 0; cell < forest.handle_count(); ++cell)
-    if (forest.is_leaf(cell)) leaves.push_back(cell);
-  for (const int leaf : leaves) forest.refine(leaf, {{2, 2, 2}});
-}
-
 /// ∫ ε:σ - 2 F·u [J].
 double twice_potential(const RefinementForest& forest, const StaticProblem& problem, const StaticSolution& solution) {
   const Eigen::Matrix3Xd forces = nodal_loads(forest.base(), solution.discretization.mesh, problem.loads, problem.body);
@@ -52,7 +45,7 @@ double equilibrated_total(const RefinementForest& forest, const StaticProblem& p
 /// All cells halved, then by the estimate wherever it is above a quarter of its largest.
 ReferenceEnergy reference_energy(const BaseMesh& mesh, const StaticProblem& problem, int dofs) {
   RefinementForest forest(mesh);
-  refine_all(forest);
+  refine_uniformly(forest);
   StaticSolution solution = solved(forest, problem);
   while (solution.discretization.dof_count() < dofs) {
     refine_by_estimate(forest, solution, 0.25);
@@ -113,7 +106,7 @@ std::vector<HoldoutRow> measure(const HoldoutProblem& problem, const HoldoutOpti
   }
   if (options.all_meshes) {
     RefinementForest halved(problem.mesh);
-    refine_all(halved);
+    refine_uniformly(halved);
     meshes.push_back(estimated("halved", halved, problem, statics, solved(halved, statics)));
   }
   std::vector<HoldoutRow> rows;

@@ -2,7 +2,7 @@
 #include <numbers>
 
 #include "verification/studies/holdout.hpp"
-#include "verification/studies/holdout_shapes.hpp"
+#include "verification/studies/problem_parts.hpp"
 #include "verification/support/wedge_mesh.hpp"
 
 namespace finegauge {
@@ -42,19 +42,15 @@ void add_free_wedges(Problems& problems) {
     HoldoutProblem& problem = add(problems, "free wedge", wedge.name, wedge_mesh({wedge.opening, wedge.blocks, 6}),
                                   with_poisson_ratio(wedge.nu));
     problem.exact = corner_field(wedge.mode, wedge.opening, {0.0, 0.0}, 0.5 * wedge.opening, problem.problem.material);
-    hold_exactly(problem, {"outer"});
-    hold_plane(problem.problem);
-    problem.refused = refused_mesh;
+    hold_outside(problem);
     if (wedge.mode == sliding && wedge.opening == 2.0 * pi)
       problem.weakness = "sheared, refined on one side of the crack";
   }
   HoldoutProblem& half =
       add(problems, "free wedge", "270 degrees, half of it on a roller", wedge_mesh({0.75 * pi, 2, 6}));
   half.exact = corner_field(CornerMode::opening, 1.5 * pi, {0.0, 0.0}, 0.0, half.problem.material);
-  hold_exactly(half, {"outer"});
+  hold_outside(half);
   half.problem.supports.push_back(roller("ray_first", 1));
-  hold_plane(half.problem);
-  half.refused = refused_mesh;
 }
 
 /// Corners whose one face is clamped; truth: the field of the corner's least real exponent.
@@ -76,10 +72,8 @@ void add_clamped_wedges(Problems& problems) {
     HoldoutProblem& problem = add(problems, "clamped wedge", wedge.name, wedge_mesh({wedge.opening, wedge.blocks, 6}),
                                   with_poisson_ratio(wedge.nu));
     problem.exact = clamped_corner_field(wedge.opening, 0.0, {0.0, 0.0}, problem.problem.material);
-    hold_exactly(problem, {"outer"});
+    hold_outside(problem);
     problem.problem.supports.push_back(clamped("ray_first"));
-    hold_plane(problem.problem);
-    problem.refused = refused_mesh;
     problem.weakness = wedge.weakness;
   }
 }
@@ -88,7 +82,7 @@ void add_clamped_wedges(Problems& problems) {
 void add_stretched_cells(Problems& problems) {
   const auto finish = [](HoldoutProblem& problem) {
     problem.exact = corner_field(CornerMode::opening, 1.5 * pi, {0.0, 0.0}, 0.75 * pi, problem.problem.material);
-    hold_exactly(problem, {"x_min", "x_max", "y_min", "y_max"});
+    hold_exactly(problem.exact, {"x_min", "x_max", "y_min", "y_max"}, problem.problem);
     hold_plane(problem.problem);
   };
   std::vector<double> graded;
@@ -107,7 +101,7 @@ void add_stretched_cells(Problems& problems) {
   for (const auto& [name, nx, ny] : {std::tuple{"rim, 1:2", 12, 6}, {"rim, 2:1", 6, 12}}) {
     HoldoutProblem& rim = add(problems, "stretched cells", name, block({1.0, 1.0, 0.5}, {nx, ny, 3}));
     rim.exact = clamped_corner_field(0.0, 0.5 * pi, {0.0, 0.0}, rim.problem.material);
-    hold_exactly(rim, {"x_max", "y_max"});
+    hold_exactly(rim.exact, {"x_max", "y_max"}, rim.problem);
     rim.problem.supports.push_back(clamped("x_min"));
     hold_plane(rim.problem);
     rim.refused = refused_cells;
@@ -130,7 +124,7 @@ void add_smooth_fields(Problems& problems) {
     HoldoutProblem& problem = add(problems, "smooth", name, block(Vector3d::Ones(), {n, n, n}));
     problem.exact = exact_field(field, problem.problem.material);
     problem.problem.body = problem.exact.body;
-    hold_exactly(problem, {"x_min", "x_max", "y_min", "y_max", "z_min", "z_max"});
+    hold_exactly(problem.exact, {"x_min", "x_max", "y_min", "y_max", "z_min", "z_max"}, problem.problem);
     if (field.name == "layers") problem.weakness = "a layer of one or two cells on the boundary";
   }
 }
@@ -250,6 +244,12 @@ void add_parts_of_faces(Problems& problems) {
 }
 
 }  // namespace
+
+void hold_outside(HoldoutProblem& wedge) {
+  hold_exactly(wedge.exact, {"outer"}, wedge.problem);
+  hold_plane(wedge.problem);
+  wedge.refused = refused_mesh;
+}
 
 std::vector<HoldoutProblem> known_holdout_problems() {
   Problems problems;

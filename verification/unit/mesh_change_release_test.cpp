@@ -4,6 +4,7 @@
 #include <cmath>
 #include <random>
 
+#include "core/adapt/apply_refinements.hpp"
 #include "core/space/transfer.hpp"
 #include "core/tissue_frame.hpp"
 #include "verification/support/catch.hpp"
@@ -68,9 +69,7 @@ void change_mesh(const MotionProblem& problem, int release, const std::function<
   energy.dissipated -= ledger.elastic_change + ledger.kinetic_change;
 }
 
-void refine_all(RefinementForest& forest) {
-  for (const int leaf : leaves(forest)) forest.refine(leaf, {});
-}
+void refine_all(RefinementForest& forest) { refine_uniformly(forest); }
 void coarsen_all(RefinementForest& forest) {
   for (const int family : families(forest)) forest.coarsen(family);
 }

@@ -1,4 +1,4 @@
-#include "verification/studies/holdout_shapes.hpp"
+#include "verification/studies/problem_parts.hpp"
 
 #include "core/mesh/cell_shape.hpp"
 
@@ -22,9 +22,8 @@ void hold_plane(StaticProblem& problem) {
   for (const char* surface : {"z_min", "z_max"}) problem.supports.push_back(roller(surface, 2));
 }
 
-void hold_exactly(HoldoutProblem& problem, const std::vector<std::string>& surfaces) {
-  for (const std::string& surface : surfaces)
-    problem.problem.supports.push_back({surface, std::nullopt, problem.exact.displacement});
+void hold_exactly(const ExactField& exact, const std::vector<std::string>& surfaces, StaticProblem& problem) {
+  for (const std::string& surface : surfaces) problem.supports.push_back({surface, std::nullopt, exact.displacement});
 }
 
 void name_surface(BaseMesh& mesh, const std::string& name, const std::function<bool(const Eigen::Vector3d&)>& holds) {

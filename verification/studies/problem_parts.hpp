@@ -3,11 +3,12 @@
 #include <functional>
 #include <string>
 
-#include "verification/studies/holdout.hpp"
+#include "core/static_step.hpp"
+#include "verification/support/exact_field.hpp"
 
 namespace finegauge {
 
-/// What the problems of the hold-out are put together from, so that each takes a few lines.
+/// What problems of known error are put together from, so that each takes a few lines.
 
 SupportCondition clamped(const std::string& surface);
 SupportCondition moved(const std::string& surface, const Eigen::Vector3d& by);
@@ -17,7 +18,7 @@ SurfaceLoad traction(const std::string& surface, const Eigen::Vector3d& value);
 /// Plane strain: no displacement across z_min and z_max.
 void hold_plane(StaticProblem& problem);
 /// The exact displacement on these surfaces.
-void hold_exactly(HoldoutProblem& problem, const std::vector<std::string>& surfaces);
+void hold_exactly(const ExactField& exact, const std::vector<std::string>& surfaces, StaticProblem& problem);
 /// Named after the part of the boundary whose faces' centres are where `holds` says.
 void name_surface(BaseMesh& mesh, const std::string& name, const std::function<bool(const Eigen::Vector3d&)>& holds);
 
