@@ -189,7 +189,7 @@ Evidence holdout_evidence(const EvidenceOptions& options) {
     if (options.interrupted()) return {};
     options.progress(
         static_cast<double>(k) / static_cast<double>(problems.size()),
-        problems[k].name + (options.full ? " (15 minutes in all on a free machine, an hour on a full one)" : ""));
+        problems[k].name + (options.full ? " (12 minutes in all, an hour on a full machine)" : ""));
     for (const HoldoutRow& row : measure(problems[k], {.all_meshes = options.full}))
       measured.push_back({&problems[k], row});
   }
