@@ -212,7 +212,7 @@ void add_motion(const Scene& scene, std::vector<TradeAxis>& axes) {
   counts.erase(std::unique(counts.begin(), counts.end()), counts.end());
   add(axes, values_of("needle_elements", "beam elements of the needle", "needle.elements", counts, elements));
   const double spacing = scene.needle->contact.cut_advance;
-  add(axes, values_of("point_spacing", "between the points that the tip leaves along its path [m]",
+  add(axes, values_of("point_spacing", "between the points that the tip leaves along its path, and of a cut [m]",
                       "contact.cut_advance", {2.0 * spacing, spacing}, spacing));
 }
 
