@@ -1,28 +1,17 @@
 #include "core/tissue_forces.hpp"
 
-#include "core/elasticity/cell_response.hpp"
+#include "core/space/cell_sums.hpp"
 
 namespace finegauge {
 
 TissueForces tissue_forces(const Discretization& d, const Eigen::Matrix3Xd& u, const Eigen::Matrix3Xd& w) {
-  Eigen::Matrix3Xd internal = Eigen::Matrix3Xd::Zero(3, d.mesh.node_count());
-  Eigen::Matrix3Xd stiff = internal;
   const CellVectors origin = CellVectors::Zero();
-  RestShapes::Entry scratch;
-  for (int cell = 0; cell < d.mesh.cell_count(); ++cell) {
-    const RestShapes::CellView entry = d.shapes.entry(d.mesh, cell, scratch);
-    const bool turns = d.shapes.material().kinematics == Kinematics::corotational;
-    const CellVectors X = turns ? corner_values(d.mesh, cell, d.mesh.nodes) : CellVectors(CellVectors::Zero());
-    const CellVectors x = X + corner_values(d.mesh, cell, u);
-    const Eigen::Matrix3d R = cell_rotation(entry.geometry, d.shapes.material(), x);
-    const CellVectors f = cell_force(entry.stiffness, R, X, x);
+  auto [internal, stiff] = sum_over_cells<2>(d, [&](int cell, const RestShapes::CellView& entry) {
+    const auto [X, x, R] = cell_motion(d, cell, entry.geometry, u);
     // R K Rᵀ w is the force of a cell of no size at the positions w.
-    const CellVectors Kw = cell_force(entry.stiffness, R, origin, corner_values(d.mesh, cell, w));
-    for (int c = 0; c < corner_count(d.mesh.shape); ++c) {
-      internal.col(d.mesh.cells[cell][c]) += f.col(c);
-      stiff.col(d.mesh.cells[cell][c]) += Kw.col(c);
-    }
-  }
+    return std::array{cell_force(entry.stiffness, R, X, x),
+                      cell_force(entry.stiffness, R, origin, corner_values(d.mesh, cell, w))};
+  });
   add_spring_forces(d.springs, d.mesh, u, internal);
   add_spring_forces(d.springs, d.mesh, w, stiff);
   return {reduce_forces(d.hanging, internal), reduce_forces(d.hanging, stiff)};

@@ -36,8 +36,8 @@ struct MeasuredRun {
   bool complete = false;       ///< to the scene's end, every frame converged
   std::string why_incomplete;  ///< one line; empty when complete
   RunCurves curves;
-  /// Processor times of frames, a list for each pass over the scene; a static scene's frame is its whole adaptive loop.
-  /// On one thread that is the wall time of a processor of one's own, whatever else this machine is busy with.
+  /// Processor times of frames (processor_ms), a list for each pass over the scene; a static scene's frame is its whole
+  /// adaptive loop. That is the wall time on processors of one's own, whatever else this machine is busy with.
   std::vector<std::vector<double>> frame_ms;
   int frames = 0, unconverged = 0, refined = 0, coarsened = 0;
   int dofs_start = 0, dofs_max = 0, dofs_end = 0;

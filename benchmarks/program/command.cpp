@@ -11,6 +11,7 @@
 #include <system_error>
 
 #include "benchmarks/program/interrupt.hpp"
+#include "core/parallel/for_parts.hpp"
 
 namespace finegauge {
 namespace {
@@ -39,9 +40,11 @@ void add_common_options(CLI::App& command, CommonOptions& options, const std::st
   command.add_option("-o,--out", options.out, "Directory of the result files (default: results/NAME)");
   command.add_option("--set", options.set, set_help)->allow_extra_args(false)->type_name("KEY=VALUE");
   command
-      .add_option("--threads", options.threads,
-                  "Threads that the computation may use (default: 1); results have the same bits for any number. BLAS "
-                  "always has one, since its sums depend on how many share them, and nothing else uses more yet")
+      .add_option(
+          "--threads", options.threads,
+          "Threads that share the loops over cells, nodes and rows (default: 1); results have the same bits for "
+          "any number. Factors, solves with them and changes of the mesh are made by one: the sums of BLAS "
+          "depend on how many share them")
       ->check(CLI::Range(1, 1024))
       ->type_name("N");
   command
@@ -91,7 +94,8 @@ void require_writable(const std::filesystem::path& directory) {
   ::rmdir(probe.c_str());
 }
 
-void use_one_blas_thread() {
+void use_threads(int count) {
+  set_thread_count(count);
   // Found at run time: which BLAS and whether OpenMP is the installation's choice, not ours.
   using Setter = void (*)(int);
   for (const char* name : {"openblas_set_num_threads", "omp_set_num_threads"})

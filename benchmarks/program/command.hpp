@@ -43,9 +43,9 @@ std::map<std::string, std::string> parse_overrides(const std::vector<std::string
 /// anything is computed. Leaves nothing behind.
 void require_writable(const std::filesystem::path& directory);
 
-/// BLAS and OpenMP, where the program is linked to such versions of them, get one thread: their sums depend on how many
-/// threads share them, and results shall not.
-void use_one_blas_thread();
+/// So many for the loops of the core. BLAS, and what else uses OpenMP, get one, where the program is linked to such
+/// versions of them: their sums depend on how many threads share them, and results shall not.
+void use_threads(int count);
 
 /// Writes the result's files, the document to standard output if --json asks for it, and tells on `progress` where
 /// the files are. Returns the exit code: 128 + signal when interrupted, 1 when a check failed, else 0.

@@ -85,7 +85,7 @@ int atlas(const AtlasCommand& asked) {
   const std::vector<const AtlasAxis*> axes = chosen_axes(asked.names);
   const std::filesystem::path directory = options.directory("atlas");
   require_writable(directory);
-  use_one_blas_thread();
+  use_threads(options.threads);
   Progress progress(options.quiet);
   ResultDocument document;
   document.kind = "atlas";

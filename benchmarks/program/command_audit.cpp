@@ -103,7 +103,7 @@ int audit(const AuditCommand& asked) {
   const Scene scene = read_scene(asked.scene, common.set);
   const std::filesystem::path directory = common.directory(scene.name + "_audit");
   require_writable(directory);
-  use_one_blas_thread();
+  use_threads(common.threads);
   Progress progress(common.quiet);
   AuditOptions options;
   options.scene = asked.scene;

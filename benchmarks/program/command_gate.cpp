@@ -132,7 +132,7 @@ std::optional<std::filesystem::path> base_program(const std::string& given) {
 int write_counters(const CommonOptions& options) {
   const std::filesystem::path directory = options.directory("counters");
   require_writable(directory);
-  use_one_blas_thread();
+  use_threads(options.threads);
   Progress progress(options.quiet);
   ResultDocument document;
   document.kind = "gate";
@@ -201,7 +201,7 @@ int gate(const GateArguments& asked) {
   gate_options.seed = asked.seed ? *asked.seed : std::random_device{}();
   const std::filesystem::path directory = options.directory("gate");
   require_writable(directory);
-  use_one_blas_thread();
+  use_threads(options.threads);
   Progress progress(options.quiet);
   gate_options.progress = [&](double fraction, const std::string& doing) { progress.update(fraction, doing); };
   Environment environment = describe_environment(options.threads);

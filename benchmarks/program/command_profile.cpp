@@ -229,7 +229,7 @@ int profile_scene(const std::string& file, const CommonOptions& options) {
   const Scene scene = read_scene(file, options.set);
   const std::filesystem::path directory = options.directory(scene.name + "_profile");
   require_writable(directory);
-  use_one_blas_thread();
+  use_threads(options.threads);
   Progress progress(options.quiet);
   ResultDocument document;
   document.kind = "profile";

@@ -96,7 +96,7 @@ int reproduce(const std::vector<std::string>& names, const std::string& shard_te
     throw UsageError("reproduce: --json prints one document, so it takes one study");
   parse_overrides(options.set);
   for (const Study* study : studies) require_writable(directory_of(*study, options, studies.size() > 1));
-  use_one_blas_thread();
+  use_threads(options.threads);
   int worst = exit_ok;
   if (static_cast<std::size_t>(shard.number) > studies.size())
     std::fprintf(stderr, "part %s of %zu: no study is left for it\n", shard_text.c_str(), studies.size());

@@ -147,7 +147,7 @@ int run_scene(const std::string& file, const CommonOptions& options) {
   const Scene scene = read_scene(file, options.set);
   const std::filesystem::path directory = options.directory(scene.name);
   require_writable(directory);
-  use_one_blas_thread();
+  use_threads(options.threads);
   Progress progress(options.quiet);
   const auto run = scene.dynamics ? run_moving_scene : run_static_scene;
   return run(scene, options, directory, begin_document(file, scene, options), progress);

@@ -76,6 +76,7 @@ TradeOptions options_of(const TradeCommand& asked, const Scene& scene, const std
   options.seed = asked.seed;
   options.seconds = asked.seconds;
   options.timing_rounds = asked.common.quick ? 1 : 3;
+  options.threads = asked.common.threads;
   options.shard = parse_shard(asked.shard);
   options.resume = asked.resume;
   options.directory = directory;
@@ -122,7 +123,7 @@ int trade(const TradeCommand& asked) {
     throw UsageError("trade: --confirm: a part has no answers, allowed without --shard");
   const std::filesystem::path directory = common.directory(scene.name + "_trade");
   require_writable(directory);
-  use_one_blas_thread();
+  use_threads(common.threads);
   Progress progress(common.quiet);
   TradeOptions options = options_of(asked, scene, directory);
   options.progress = [&](double fraction, const std::string& doing) { progress.update(fraction, doing); };
@@ -206,7 +207,9 @@ void add_trade_command(CLI::App& program, int& exit_code) {
       "The error of each run is its distance from a finer run of the scene, the reference, in the energy norm and for\n"
       "each quantity; how far a coarser reference is from it is printed. Settings fill the space evenly first and\n"
       "come nearer to the front then. Those on a front are timed three times more, in random order. A promised rate\n"
-      "is what the worst pass kept in 99 of 100 frames, less a tenth or the noise. Writes NAME.json, NAME.csv, a plot\n"
+      "is what the worst pass kept in 99 of 100 frames, less a tenth or the noise. Numbers of threads up to that of "
+      "the\n"
+      "processors are among the settings, but not of a part (--shard). Writes NAME.json, NAME.csv, a plot\n"
       "per quantity, NAME_journal.jsonl (finished runs, for --resume) and the reference.\n"
       "\n"
       "Examples:\n"

@@ -91,7 +91,7 @@ int verify(const std::vector<std::string>& names, const CommonOptions& options) 
   if (options.quick) throw UsageError("verify: there is no --quick; name the studies that you want (finegauge list)");
   const std::filesystem::path directory = options.directory("verify");
   require_writable(directory);
-  use_one_blas_thread();
+  use_threads(options.threads);
   Progress progress(options.quiet);
   ResultDocument document;
   document.kind = document.name = "verify";

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <optional>
+#include <set>
 
 #include "core/mesh/immersed_body.hpp"
 
@@ -242,12 +243,24 @@ void add_static(const Scene& scene, std::vector<TradeAxis>& axes) {
                       with_own({1e-3, 1e-4, 1e-6, 1e-9}, residual), residual));
 }
 
+/// Powers of two up to the processors, and the sweep's own.
+TradeAxis threads_axis(int own, int processors) {
+  std::set<int> numbers = {own};
+  for (int number = 1; number <= processors; number *= 2) numbers.insert(number);
+  TradeAxis axis{"threads", "that share the loops over cells, nodes and rows", {}, 0};
+  for (const int number : numbers) {
+    if (number == own) axis.own = static_cast<int>(axis.choices.size());
+    axis.choices.push_back({std::to_string(number), {}, number == own ? 0 : number});
+  }
+  return axis;
+}
+
 }  // namespace
 
 Json to_json(const TradeAxis& axis) {
   Json json = {{"name", axis.name}, {"about", axis.about}, {"own", axis.own}, {"choices", Json::array()}};
   for (const TradeChoice& choice : axis.choices)
-    json["choices"].push_back({{"label", choice.label}, {"overrides", choice.overrides}});
+    json["choices"].push_back({{"label", choice.label}, {"overrides", choice.overrides}, {"threads", choice.threads}});
   return json;
 }
 
@@ -255,12 +268,12 @@ TradeAxis trade_axis(const Json& json) {
   TradeAxis axis{
       json.at("name").get<std::string>(), json.at("about").get<std::string>(), {}, json.at("own").get<int>()};
   for (const Json& choice : json.at("choices"))
-    axis.choices.push_back(
-        {choice.at("label").get<std::string>(), choice.at("overrides").get<std::vector<std::string>>()});
+    axis.choices.push_back({choice.at("label").get<std::string>(),
+                            choice.at("overrides").get<std::vector<std::string>>(), choice.value("threads", 0)});
   return axis;
 }
 
-std::vector<TradeAxis> trade_axes(const Scene& scene) {
+std::vector<TradeAxis> trade_axes(const Scene& scene, int threads, int processors) {
   std::vector<TradeAxis> axes;
   add(axes, base_mesh_axis(scene));
   if (scene.material.kinematics == Kinematics::corotational)  // of a linear problem it would be another problem
@@ -274,6 +287,7 @@ std::vector<TradeAxis> trade_axes(const Scene& scene) {
   } else {
     add_static(scene, axes);
   }
+  add(axes, threads_axis(threads, processors));
   return axes;
 }
 
@@ -289,6 +303,13 @@ std::vector<std::string> overrides(const std::vector<TradeAxis>& axes, const Tra
     for (const std::string& one : axes[a].choices.at(static_cast<std::size_t>(setting[a])).overrides)
       list.push_back(one);
   return list;
+}
+
+int threads(const std::vector<TradeAxis>& axes, const TradeSetting& setting) {
+  int number = 0;
+  for (std::size_t a = 0; a < axes.size(); ++a)
+    number = std::max(number, axes[a].choices.at(static_cast<std::size_t>(setting[a])).threads);
+  return number;
 }
 
 std::string describe(const std::vector<TradeAxis>& axes, const TradeSetting& setting) {

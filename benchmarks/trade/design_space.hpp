@@ -12,6 +12,7 @@ namespace finegauge {
 struct TradeChoice {
   std::string label;  ///< "9 x 4 x 4", "off"
   std::vector<std::string> overrides;
+  int threads = 0;  ///< of the run; zero: those of the sweep
 };
 
 /// What a user can choose in a scene, one thing, its values in order from cheap to dear as far as they have one.
@@ -27,14 +28,17 @@ TradeAxis trade_axis(const Json& json);
 
 /// The axes that a scene has: without a needle there is none of its elements. What would change the problem instead of
 /// how it is solved (moduli, strokes, friction, and cut_advance, which is the length of a cut as well as the spacing of
-/// the shaft's points) is no axis. Everything runs on one thread, so threads are none either.
-std::vector<TradeAxis> trade_axes(const Scene& scene);
+/// the shaft's points) is no axis. Threads are one where there are several of the `processors` of this machine that a
+/// run may use; `threads` is the sweep's own number of them.
+std::vector<TradeAxis> trade_axes(const Scene& scene, int threads, int processors);
 
 /// A choice on each axis.
 using TradeSetting = std::vector<int>;
 TradeSetting own_setting(const std::vector<TradeAxis>& axes);
 /// Arguments of --set, in the order of the axes.
 std::vector<std::string> overrides(const std::vector<TradeAxis>& axes, const TradeSetting& setting);
+/// Zero where the setting chooses none.
+int threads(const std::vector<TradeAxis>& axes, const TradeSetting& setting);
 /// What sets apart a setting from the scene's own: "base_mesh 18 x 8 x 8, adaptivity off"; "as the scene has it".
 std::string describe(const std::vector<TradeAxis>& axes, const TradeSetting& setting);
 

@@ -112,6 +112,7 @@ Json trade_rows(const TradeSweep& sweep, const std::string& quantity) {
     for (std::size_t a = 0; a < sweep.axes.size(); ++a)
       row["setting"][sweep.axes[a].name] = sweep.axes[a].choices[static_cast<std::size_t>(job.setting[a])].label;
     row["overrides"] = overrides(sweep.axes, job.setting);
+    if (const int chosen = threads(sweep.axes, job.setting)) row["threads"] = chosen;
     row["complete"] = job.run.complete;
     if (!job.run.complete) row["why_incomplete"] = job.run.why_incomplete;
     for (const std::string& name : measured_quantities(sweep)) {
@@ -163,9 +164,11 @@ Json to_json(const TradeSweep& sweep, const TradeAnswer& answer, const std::stri
   const auto tell = [&](std::size_t i) {
     const TradeJob& job = sweep.jobs[i];
     const FrameTiming timing = frame_timing(all_passes(job));
+    std::string command = run_command(scene, set, overrides(sweep.axes, job.setting));
+    if (const int chosen = threads(sweep.axes, job.setting)) command += " --threads " + std::to_string(chosen);
     return Json{{"job", job.number},
                 {"setting", describe(sweep.axes, job.setting)},
-                {"command", run_command(scene, set, overrides(sweep.axes, job.setting))},
+                {"command", command},
                 {"error", error_of(job, quantity)},
                 {"promised_rate", promised_rate(timing)},
                 {"frame_ms", {{"p50", timing.p50}, {"p99", timing.p99}}},

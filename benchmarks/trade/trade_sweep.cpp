@@ -18,6 +18,7 @@
 #include "benchmarks/trade/front.hpp"
 #include "benchmarks/trade/journal.hpp"
 #include "core/mesh/immersed_body.hpp"
+#include "core/parallel/for_parts.hpp"
 #include "core/scene/scene_error.hpp"
 #include "core/scene/scene_reader.hpp"
 #include "verification/support/run_apart.hpp"
@@ -81,7 +82,8 @@ class Sweeper {
   explicit Sweeper(const TradeOptions& options)
       : options_(options),
         scene_(read_scene(options.scene, options.set)),
-        axes_(trade_axes(scene_)),
+        // Parts may share a machine, and their threads would only wait for one another.
+        axes_(trade_axes(scene_, options.threads, options.shard.of > 1 ? 1 : processor_count())),
         wanted_(trade_reference(scene_)) {
     wanted_.fine = joined(std::move(wanted_.fine), options.reference);
     wanted_.coarser = joined(joined(std::move(wanted_.coarser), options.reference), options.coarser);
@@ -161,6 +163,7 @@ class Sweeper {
     how.passes_least = how.passes_most = passes;
     if (compared) how.reference = &*reference_;
     return unpacked(apart(step, seconds, [&](const Say& say) {
+      if (const int chosen = threads(axes_, setting)) set_thread_count(chosen);
       how.go_on = saying(say);
       return packed(measure_run(*scene, how));
     }));

@@ -21,6 +21,7 @@ struct TradeOptions {
   std::uint64_t seed = 1;
   double seconds = 600.0;  ///< that one run may take; the reference takes what it takes
   int timing_rounds = 3;   ///< in which the settings of the front are run again, in random order
+  int threads = 1;         ///< of runs whose setting chooses none, and of the reference
   Shard shard;             ///< of several, the settings fill the space and none comes nearer to the front
   bool resume = false;
   std::filesystem::path directory;       ///< of journal and reference

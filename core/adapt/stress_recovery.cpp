@@ -5,6 +5,7 @@
 #include <span>
 
 #include "core/adapt/patch_polynomial.hpp"
+#include "core/parallel/for_parts.hpp"
 
 namespace finegauge {
 
@@ -155,76 +156,69 @@ constexpr double farthest_evaluation_behind_cut = farthest_evaluation * (1.0 + 0
 /// Largest condition of a trilinear fit that is evaluated away from its node; past it the linear fit is.
 constexpr double largest_extrapolated_condition = 100.0;
 
-}  // namespace
+/// All that the recovery needs of a mesh, whatever the stress.
+struct Patches {
+  NodeCells around;
+  Eigen::Matrix3Xd centres;         ///< of cells [m]
+  std::vector<std::uint8_t> inner;  ///< per node
+  Sources sources;
+  std::vector<int> kept_as;  ///< per node the number of its polynomial, -1 where no other node evaluates it
+  int kept_count = 0;
+};
 
-CellStresses cell_stresses(const Discretization& d, const Eigen::Matrix3Xd& u) {
-  const Mesh& mesh = d.mesh;
-  const Material& material = d.shapes.material();
-  const int points = quadrature_count(mesh.shape);
-  CellStresses stresses;
-  stresses.centre.resize(6, mesh.cell_count());
-  stresses.quadrature.resize(6, static_cast<Eigen::Index>(mesh.cell_count()) * points);
-  CellGeometry scratch;
-  for (int cell = 0; cell < mesh.cell_count(); ++cell) {
-    const CellGeometry& geometry = d.shapes.geometry(mesh, cell, scratch);
-    CellVectors local = corner_values(mesh, cell, u);
-    Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
-    if (material.kinematics == Kinematics::corotational) {
-      // Measured from a corner: a cell far from the origin keeps its digits.
-      CellVectors X = corner_values(mesh, cell, mesh.nodes);
-      for (int c = corner_count(mesh.shape) - 1; c >= 0; --c) X.col(c) -= X.col(0);
-      const CellVectors x = X + local;
-      R = cell_rotation(geometry, material, x);
-      local = R.transpose().lazyProduct(x) - X;
-    }
-    stresses.centre.col(cell) = centre_stress(mesh.shape, geometry, material, R, local);
-    const Eigen::Matrix<double, 6, 8> at_points = quadrature_stress(mesh.shape, geometry, material, R, local);
-    stresses.quadrature.middleCols(static_cast<Eigen::Index>(cell) * points, points) = at_points.leftCols(points);
-  }
-  return stresses;
+Patches patches_of(const Discretization& d) {
+  Patches patches;
+  patches.around = cells_around_nodes(d.mesh);
+  patches.centres = cell_centres(d.mesh);
+  patches.inner = find_inner_nodes(d, patches.around);
+  patches.sources = find_sources(d, patches.around, patches.inner);
+  patches.kept_as.assign(static_cast<std::size_t>(d.mesh.node_count()), -1);
+  for (const int node : patches.sources.inner)
+    if (patches.kept_as[node] < 0) patches.kept_as[node] = patches.kept_count++;
+  return patches;
 }
 
-VoigtColumns recover_stress_spr(const Discretization& d, const CellStresses& stresses, PatchBasis most) {
-  const Mesh& mesh = d.mesh;
-  const NodeCells around = cells_around_nodes(mesh);
-  const Eigen::Matrix3Xd centres = cell_centres(mesh);
-  const std::vector<std::uint8_t> inner = find_inner_nodes(d, around);
-  const Sources sources = find_sources(d, around, inner);
+constexpr int least_per_thread = 64;  // cells or nodes, of some microsecond each
 
+/// Nodal values of stresses at the centres of the cells.
+VoigtColumns recover(const Discretization& d, const Patches& patches, const VoigtColumns& at_centres, PatchBasis most) {
+  const Mesh& mesh = d.mesh;
+  const Sources& sources = patches.sources;
   // Only polynomials that other nodes evaluate are kept.
-  std::vector<int> kept_as(mesh.node_count(), -1);
-  int kept_count = 0;
-  for (const int node : sources.inner)
-    if (kept_as[node] < 0) kept_as[node] = kept_count++;
-  std::vector<PatchPolynomial> kept(kept_count);
+  std::vector<PatchPolynomial> kept(static_cast<std::size_t>(patches.kept_count));
   const double farthest = mesh.fraction.empty() ? farthest_evaluation : farthest_evaluation_behind_cut;
   VoigtColumns nodal(6, mesh.node_count());
-  std::vector<int> buffer;
-  for (int node = 0; node < mesh.node_count(); ++node) {
-    if (!inner[node]) continue;
-    const auto cells = cells_at(around, node);
-    PatchPolynomial p = fit_inner_node(mesh, cells, node, centres, stresses.centre, most);
-    nodal.col(node) = p(mesh.nodes.col(node));
-    if (kept_as[node] < 0) continue;
-    if (p.basis == PatchBasis::trilinear && p.condition > largest_extrapolated_condition)
-      p = fit_patch(cells, centres, stresses.centre, Eigen::Matrix3d::Identity(), PatchBasis::linear);
-    kept[kept_as[node]] = p;
-  }
-  for (int node = 0; node < mesh.node_count(); ++node) {
-    if (d.hanging.hangs(node) || inner[node]) continue;
-    const Eigen::Vector3d X = mesh.nodes.col(node);
-    Voigt sum = Voigt::Zero();
-    int count = 0;
-    for (int k = sources.begin[node]; k < sources.end[node]; ++k) {
-      const PatchPolynomial& p = kept[kept_as[sources.inner[k]]];
-      if (k >= sources.beside && !(p.distance(X) <= farthest)) continue;
-      sum += p(X);
-      ++count;
+  for_parts(mesh.node_count(), least_per_thread, [&](int first, int last) {
+    for (int node = first; node < last; ++node) {
+      if (!patches.inner[node]) continue;
+      const auto cells = cells_at(patches.around, node);
+      PatchPolynomial p = fit_inner_node(mesh, cells, node, patches.centres, at_centres, most);
+      nodal.col(node) = p(mesh.nodes.col(node));
+      if (patches.kept_as[node] < 0) continue;
+      if (p.basis == PatchBasis::trilinear && p.condition > largest_extrapolated_condition)
+        p = fit_patch(cells, patches.centres, at_centres, Eigen::Matrix3d::Identity(), PatchBasis::linear);
+      kept[patches.kept_as[node]] = p;
     }
-    nodal.col(node) = count > 0 ? Voigt(sum / static_cast<double>(count))
-                                : fit_patch(sampled_cells(mesh, cells_at(around, node), buffer), centres,
-                                            stresses.centre, Eigen::Matrix3d::Identity(), PatchBasis::linear)(X);
-  }
+  });
+  for_parts(mesh.node_count(), least_per_thread, [&](int first, int last) {
+    std::vector<int> buffer;
+    for (int node = first; node < last; ++node) {
+      if (d.hanging.hangs(node) || patches.inner[node]) continue;
+      const Eigen::Vector3d X = mesh.nodes.col(node);
+      Voigt sum = Voigt::Zero();
+      int count = 0;
+      for (int k = sources.begin[node]; k < sources.end[node]; ++k) {
+        const PatchPolynomial& p = kept[patches.kept_as[sources.inner[k]]];
+        if (k >= sources.beside && !(p.distance(X) <= farthest)) continue;
+        sum += p(X);
+        ++count;
+      }
+      nodal.col(node) = count > 0
+                            ? Voigt(sum / static_cast<double>(count))
+                            : fit_patch(sampled_cells(mesh, cells_at(patches.around, node), buffer), patches.centres,
+                                        at_centres, Eigen::Matrix3d::Identity(), PatchBasis::linear)(X);
+    }
+  });
   const HangingNodes& T = d.hanging;
   for (int node = 0; node < mesh.node_count(); ++node) {
     if (!T.hangs(node)) continue;
@@ -236,17 +230,52 @@ VoigtColumns recover_stress_spr(const Discretization& d, const CellStresses& str
   return nodal;
 }
 
+}  // namespace
+
+CellStresses cell_stresses(const Discretization& d, const Eigen::Matrix3Xd& u) {
+  const Mesh& mesh = d.mesh;
+  const Material& material = d.shapes.material();
+  const int points = quadrature_count(mesh.shape);
+  CellStresses stresses;
+  stresses.centre.resize(6, mesh.cell_count());
+  stresses.quadrature.resize(6, static_cast<Eigen::Index>(mesh.cell_count()) * points);
+  for_parts(mesh.cell_count(), least_per_thread, [&](int first, int last) {
+    CellGeometry scratch;
+    for (int cell = first; cell < last; ++cell) {
+      const CellGeometry& geometry = d.shapes.geometry(mesh, cell, scratch);
+      CellVectors local = corner_values(mesh, cell, u);
+      Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+      if (material.kinematics == Kinematics::corotational) {
+        // Measured from a corner: a cell far from the origin keeps its digits.
+        CellVectors X = corner_values(mesh, cell, mesh.nodes);
+        for (int c = corner_count(mesh.shape) - 1; c >= 0; --c) X.col(c) -= X.col(0);
+        const CellVectors x = X + local;
+        R = cell_rotation(geometry, material, x);
+        local = R.transpose().lazyProduct(x) - X;
+      }
+      stresses.centre.col(cell) = centre_stress(mesh.shape, geometry, material, R, local);
+      const Eigen::Matrix<double, 6, 8> at_points = quadrature_stress(mesh.shape, geometry, material, R, local);
+      stresses.quadrature.middleCols(static_cast<Eigen::Index>(cell) * points, points) = at_points.leftCols(points);
+    }
+  });
+  return stresses;
+}
+
+VoigtColumns recover_stress_spr(const Discretization& d, const CellStresses& stresses, PatchBasis most) {
+  return recover(d, patches_of(d), stresses.centre, most);
+}
+
 VoigtColumns recover_stress_twice(const Discretization& d, const CellStresses& stresses) {
-  VoigtColumns once = recover_stress_spr(d, stresses);
+  const Patches patches = patches_of(d);
+  VoigtColumns once = recover(d, patches, stresses.centre, PatchBasis::trilinear);
   const int corners = corner_count(d.mesh.shape);
-  CellStresses recovered;
-  recovered.centre.resize(6, d.mesh.cell_count());
+  VoigtColumns recovered(6, d.mesh.cell_count());
   for (int cell = 0; cell < d.mesh.cell_count(); ++cell) {
     Voigt sum = Voigt::Zero();
     for (int c = 0; c < corners; ++c) sum += once.col(d.mesh.cells[cell][c]);
-    recovered.centre.col(cell) = sum / corners;
+    recovered.col(cell) = sum / corners;
   }
-  return 2.0 * once - recover_stress_spr(d, recovered);
+  return 2.0 * once - recover(d, patches, recovered, PatchBasis::trilinear);
 }
 
 }  // namespace finegauge

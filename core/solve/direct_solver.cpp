@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
+#include <memory>
 #include <new>
 #include <vector>
 
@@ -67,6 +68,11 @@ void visit_pivots(const cholmod_factor& L, const Visit& visit) {
   }
 }
 
+void start_quietly(cholmod_common& common) {
+  cholmod_start(&common);
+  common.print = 0;
+}
+
 }  // namespace
 
 struct DirectSolver::State {
@@ -81,8 +87,7 @@ struct DirectSolver::State {
   std::vector<double> value;
 
   State() {
-    cholmod_start(&common);
-    common.print = 0;
+    start_quietly(common);
     common.final_ll = 1;  // L Lᵀ fails at a pivot that is not positive, L D Lᵀ would go on
   }
   ~State() {
@@ -134,7 +139,8 @@ struct DirectSolver::State {
     factored = smallest_pivot > round_off_pivot(static_cast<int>(factor->n));
   }
 
-  void solve(const double* B, std::size_t columns, double* X) {
+  /// `own`: CHOLMOD's workspace, one for each thread that solves at the same time.
+  void solve(const double* B, std::size_t columns, double* X, cholmod_common& own) const {
     assert(factored);
     if (columns == 0) return;
     cholmod_dense right{};
@@ -144,13 +150,13 @@ struct DirectSolver::State {
     right.x = const_cast<double*>(B);
     right.xtype = CHOLMOD_REAL;
     right.dtype = CHOLMOD_DOUBLE;
-    cholmod_dense* solution = cholmod_solve(CHOLMOD_A, factor, &right, &common);
+    cholmod_dense* solution = cholmod_solve(CHOLMOD_A, factor, &right, &own);
     if (!solution) throw std::bad_alloc();
     // A = 2^e (2^-e A).
     const double scale = std::ldexp(1.0, -exponent);
     std::transform(static_cast<const double*>(solution->x), static_cast<const double*>(solution->x) + right.nzmax, X,
                    [scale](double x) { return scale * x; });
-    cholmod_free_dense(&solution, &common);
+    cholmod_free_dense(&solution, &own);
   }
 };
 
@@ -209,13 +215,17 @@ bool DirectSolver::is_factor_of(const BlockMatrix<double>& A) const {
 
 Eigen::MatrixXd DirectSolver::solve_columns(const Eigen::MatrixXd& B) const {
   Eigen::MatrixXd X(B.rows(), B.cols());
-  state_->solve(B.data(), static_cast<std::size_t>(B.cols()), X.data());
+  cholmod_common own;
+  start_quietly(own);
+  const std::unique_ptr<cholmod_common, void (*)(cholmod_common*)> end(&own,
+                                                                       [](cholmod_common* c) { cholmod_finish(c); });
+  state_->solve(B.data(), static_cast<std::size_t>(B.cols()), X.data(), own);
   return X;
 }
 
 Eigen::VectorXd DirectSolver::solve(const Eigen::VectorXd& b) const {
   Eigen::VectorXd x(b.size());
-  state_->solve(b.data(), 1, x.data());
+  state_->solve(b.data(), 1, x.data(), state_->common);
   return x;
 }
 

@@ -24,7 +24,8 @@ class DirectSolver {
   /// but round-off (the matrix is indefinite, singular, or cannot be told from that), and when the factor does not fit
   /// the memory; solve must not be called then.
   bool factored() const;
-  /// A⁻¹ b; B: 3 n × right sides, all at once. Throws std::bad_alloc when the solution does not fit the memory.
+  /// A⁻¹ b; B: 3 n × right sides, all at once. Throws std::bad_alloc when the solution does not fit the memory. Several
+  /// threads may call solve_columns at the same time, and solve one at a time.
   Eigen::VectorXd solve(const Eigen::VectorXd& b) const;
   Eigen::MatrixXd solve_columns(const Eigen::MatrixXd& B) const;
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "core/mesh/nested_meshes.hpp"
+#include "core/parallel/for_parts.hpp"
 #include "core/space/block_kernels.hpp"
 #include "core/space/transfer.hpp"
 
@@ -99,6 +100,8 @@ MeshHierarchy build_hierarchy(const RefinementForest& forest, const Discretizati
   return hierarchy;
 }
 
+constexpr int rows_per_thread = 512;  // of some 30 ns each
+
 /// A mesh of the cycle with its matrix in single precision; the vectors end in one scalar of padding.
 struct Multigrid::Level {
   const BlockPattern* pattern;
@@ -112,10 +115,12 @@ struct Multigrid::Level {
       : pattern(A.pattern), supports(&held), prolongation(to_coarser), values(A.values.begin(), A.values.end()) {
     const int n = pattern->size();
     inverse_diagonal.resize(9 * static_cast<std::size_t>(n) + 4);
-    for (int i = 0; i < n; ++i) {
-      const Eigen::Matrix3f inverse = A.block(pattern->diagonal[i]).inverse().cast<float>();
-      std::copy_n(inverse.data(), 9, inverse_diagonal.begin() + 9 * static_cast<std::ptrdiff_t>(i));
-    }
+    for_parts(n, rows_per_thread, [&](int first, int last) {
+      for (int i = first; i < last; ++i) {
+        const Eigen::Matrix3f inverse = A.block(pattern->diagonal[i]).inverse().cast<float>();
+        std::copy_n(inverse.data(), 9, inverse_diagonal.begin() + 9 * static_cast<std::ptrdiff_t>(i));
+      }
+    });
     x.assign(3 * static_cast<std::size_t>(n) + 1, 0.0f);
     b = r = x;
   }
@@ -146,12 +151,14 @@ struct Multigrid::Level {
   }
   /// r = b - A x right after that sweep: what the lower triangle and the diagonal took is gone, - U x remains.
   void residual_after_forward_sweep() {
-    for (int i = 0; i < pattern->size(); ++i) {
-      Lanes<float> sum = {};
-      multiply_row(values.data(), pattern->column.data(), pattern->diagonal[i] + 1, pattern->row_start[i + 1], x.data(),
-                   sum);
-      store(i, r, -sum);
-    }
+    for_parts(pattern->size(), rows_per_thread, [&](int first, int last) {
+      for (int i = first; i < last; ++i) {
+        Lanes<float> sum = {};
+        multiply_row(values.data(), pattern->column.data(), pattern->diagonal[i] + 1, pattern->row_start[i + 1],
+                     x.data(), sum);
+        store(i, r, -sum);
+      }
+    });
   }
   void sweep_backward() {
     for (int i = pattern->size() - 1; i >= 0; --i) {
@@ -178,11 +185,13 @@ struct Multigrid::Level {
   }
   /// x += P coarse x.
   void correct_from(const Level& coarse) {
-    for (int i = 0; i < pattern->size(); ++i)
-      for (int k = prolongation->row_start[i]; k < prolongation->row_start[i + 1]; ++k)
-        for (int axis = 0; axis < 3; ++axis)
-          x[3 * static_cast<std::size_t>(i) + axis] +=
-              prolongation->weight[k] * coarse.x[3 * static_cast<std::size_t>(prolongation->column[k]) + axis];
+    for_parts(pattern->size(), rows_per_thread, [&](int first, int last) {
+      for (int i = first; i < last; ++i)
+        for (int k = prolongation->row_start[i]; k < prolongation->row_start[i + 1]; ++k)
+          for (int axis = 0; axis < 3; ++axis)
+            x[3 * static_cast<std::size_t>(i) + axis] +=
+                prolongation->weight[k] * coarse.x[3 * static_cast<std::size_t>(prolongation->column[k]) + axis];
+    });
   }
 };
 

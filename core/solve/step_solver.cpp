@@ -1,10 +1,13 @@
 #include "core/solve/step_solver.hpp"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cassert>
 #include <optional>
 #include <utility>
+#include <vector>
 
+#include "core/parallel/for_parts.hpp"
 #include "core/solve/direct_solver.hpp"
 
 namespace finegauge {
@@ -33,6 +36,7 @@ struct StepSolver::State {
   Eigen::LDLT<Eigen::MatrixXd> compliance, woodbury;  ///< C, C + Dᵀ B Y D
   ConjugateGradientVectors vectors;
   Eigen::VectorXd at_rows;
+  std::vector<int> missing;  ///< points without their columns
 
   int rows() const { return term ? static_cast<int>(term->rows.size()) : 0; }
 
@@ -78,19 +82,23 @@ struct StepSolver::State {
   }
   /// Columns that the term's rows need and that are not there.
   void complete_columns() {
-    Eigen::VectorXd& p = vectors.p;
-    for (const PointRow& row : term->rows) {
-      Columns& columns = Y[row.point];
-      if (columns.rows() > 0) continue;
-      Columns right(3 * A->pattern->size(), 3);
-      for (int k = 0; k < 3; ++k) {
-        p.setZero(right.rows());
-        add_spread(B, row.point, Eigen::Vector3d::Unit(k), p);
-        right.col(k) = p;
+    missing.clear();
+    for (const PointRow& row : term->rows)
+      if (Y[row.point].rows() == 0 && std::ranges::find(missing, row.point) == missing.end())
+        missing.push_back(row.point);
+    for_parts(static_cast<int>(missing.size()), 1, [&](int first, int last) {
+      Eigen::VectorXd spread;
+      for (int i = first; i < last; ++i) {
+        Columns right(3 * A->pattern->size(), 3);
+        for (int k = 0; k < 3; ++k) {
+          spread.setZero(right.rows());
+          add_spread(B, missing[i], Eigen::Vector3d::Unit(k), spread);
+          right.col(k) = spread;
+        }
+        Y[missing[i]] = solve_columns(*factor, right);
       }
-      columns = solve_columns(*factor, right);
-      ++point_columns;
-    }
+    });
+    point_columns += static_cast<int>(missing.size());
   }
   /// False where the preconditioner is not to be had: the matrix is not positive definite.
   bool prepare() {

@@ -2,9 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
+#include <span>
 #include <utility>
+#include <vector>
 
-#include "core/elasticity/cell_response.hpp"
+#include "core/parallel/for_parts.hpp"
+#include "core/space/cell_sums.hpp"
 
 namespace finegauge {
 namespace {
@@ -18,8 +22,7 @@ class CurrentStiffness {
   const CellMatrix& of(int cell) {
     const RestShapes::CellView entry = d_.shapes.entry(d_.mesh, cell, scratch_);
     if (d_.shapes.material().kinematics == Kinematics::linear) return with_springs(cell, entry.stiffness);
-    const CellVectors x = corner_values(d_.mesh, cell, d_.mesh.nodes) + corner_values(d_.mesh, cell, u_);
-    const Eigen::Matrix3d R = cell_rotation(entry.geometry, d_.shapes.material(), x);
+    const Eigen::Matrix3d R = cell_motion(d_, cell, entry.geometry, u_).R;
     const int corners = corner_count(d_.mesh.shape);
     for (int b = 0; b < corners; ++b)
       for (int a = 0; a < corners; ++a)
@@ -73,40 +76,118 @@ void find_corner_weights(const Discretization& d, int cell, CornerWeights& weigh
   }
 }
 
+/// Row a of a cell's m × m blocks onto their places. K is the cell's own matrix or T_eᵀ K T_e.
+inline void add_row(const CellMatrix& K, int a, int m, const int* position, BlockMatrix<double>& A) {
+  for (int b = 0; b < m; ++b) add_block(K, a, b, A.values.data() + 9 * static_cast<std::size_t>(position[b]));
+}
+inline void add_row(const Eigen::MatrixXd& TKT, int a, int m, const int* position, BlockMatrix<double>& A) {
+  for (int b = 0; b < m; ++b) A.block(position[b]) += TKT.block<3, 3>(3 * a, 3 * b);
+}
+
+/// Rows of cells that are to be added later, in the order in which they were given.
+class DeferredRows {
+ public:
+  template <class Matrix>
+  void add(const Matrix& K, int a, int m, const int* position) {
+    rows_.push_back({position, m});
+    for (int b = 0; b < m; ++b)
+      for (int c = 0; c < 3; ++c)
+        for (int r = 0; r < 3; ++r) values_.push_back(K(3 * a + r, 3 * b + c));
+  }
+  void add_to(BlockMatrix<double>& A) const {
+    const double* value = values_.data();
+    for (const auto& [position, m] : rows_)
+      for (int b = 0; b < m; ++b) {
+        double* block = A.values.data() + 9 * static_cast<std::size_t>(position[b]);
+        for (int k = 0; k < 9; ++k) block[k] += *value++;
+      }
+  }
+
+ private:
+  struct Row {
+    const int* position;
+    int m;
+  };
+  std::vector<Row> rows_;
+  std::vector<double> values_;
+};
+
+/// T_eᵀ K T_e of a cell with hanging corners.
+class HangingCell {
+ public:
+  HangingCell(const Discretization& d, const Eigen::Matrix3Xd& u) : d_(d), stiffness_(d, u) {}
+
+  const Eigen::MatrixXd& of(int cell) {
+    const CellMatrix& K = stiffness_.of(cell);
+    const int corners = corner_count(d_.mesh.shape);
+    find_corner_weights(d_, cell, weights_);
+    KT_.setZero(24, 3 * weights_.count);
+    for (int b = 0; b < corners; ++b)
+      for (const auto& [place, weight] : weights_.rows[b])
+        KT_.middleCols<3>(3 * place) += weight * K.middleCols<3>(3 * b);
+    TKT_.setZero(3 * weights_.count, 3 * weights_.count);
+    for (int a = 0; a < corners; ++a)
+      for (const auto& [place, weight] : weights_.rows[a])
+        TKT_.middleRows<3>(3 * place) += weight * KT_.middleRows<3>(3 * a);
+    return TKT_;
+  }
+
+ private:
+  const Discretization& d_;
+  CurrentStiffness stiffness_;
+  CornerWeights weights_;
+  Eigen::Matrix<double, 24, Eigen::Dynamic> KT_;  // K T_e
+  Eigen::MatrixXd TKT_;                           // T_eᵀ K T_e
+};
+
+/// Adds the matrices of some cells, at each place of A in the order of the cells. Each of several threads takes a range
+/// of them. A row belongs to the first range that has it; what others have for it waits until that one is done.
+template <class CellOf>
+void assemble_cells(const Discretization& d, const Eigen::Matrix3Xd& u, const std::vector<int>& cells,
+                    BlockMatrix<double>& A) {
+  const auto nodes_of = [&](int cell) {
+    const int* nodes = d.scatter.nodes.data();
+    return std::span(nodes + d.scatter.node_start[cell], nodes + d.scatter.node_start[cell + 1]);
+  };
+  const int count = static_cast<int>(cells.size());
+  const int ranges = std::clamp(count / cells_per_thread, 1, thread_count());
+  const auto first_of = [&](int range) {
+    return static_cast<std::size_t>(static_cast<std::int64_t>(count) * range / ranges);
+  };
+  std::vector<int> owner;  // per row; one range owns all
+  if (ranges > 1) {
+    owner.assign(static_cast<std::size_t>(d.pattern.size()), ranges);
+    for (int range = 0; range < ranges; ++range)
+      for (std::size_t k = first_of(range); k < first_of(range + 1); ++k)
+        for (const int node : nodes_of(cells[k])) owner[node] = std::min(owner[node], range);
+  }
+  std::vector<DeferredRows> deferred(static_cast<std::size_t>(ranges));
+  for_parts(ranges, 1, [&](int begin, int end) {
+    CellOf matrix(d, u);
+    for (int range = begin; range < end; ++range)
+      for (std::size_t k = first_of(range); k < first_of(range + 1); ++k) {
+        const auto& K = matrix.of(cells[k]);
+        const std::span<const int> nodes = nodes_of(cells[k]);
+        const int m = static_cast<int>(nodes.size());
+        const int* position = d.scatter.positions.data() + d.scatter.pair_start[cells[k]];
+        for (int a = 0; a < m; ++a, position += m)
+          if (owner.empty() || owner[nodes[a]] == range)
+            add_row(K, a, m, position, A);
+          else
+            deferred[range].add(K, a, m, position);
+      }
+  });
+  for (const DeferredRows& rows : deferred) rows.add_to(A);
+}
+
 }  // namespace
 
 void assemble_regular_cells(const Discretization& d, const Eigen::Matrix3Xd& u, BlockMatrix<double>& A) {
-  CurrentStiffness stiffness(d, u);
-  const int corners = corner_count(d.mesh.shape);
-  for (const int cell : d.scatter.regular) {
-    const CellMatrix& K = stiffness.of(cell);
-    const int* position = d.scatter.positions.data() + d.scatter.pair_start[cell];
-    for (int a = 0; a < corners; ++a)
-      for (int b = 0; b < corners; ++b) add_block(K, a, b, A.values.data() + 9 * static_cast<std::size_t>(*position++));
-  }
+  assemble_cells<CurrentStiffness>(d, u, d.scatter.regular, A);
 }
 
 void assemble_hanging_cells(const Discretization& d, const Eigen::Matrix3Xd& u, BlockMatrix<double>& A) {
-  CurrentStiffness stiffness(d, u);
-  const int corners = corner_count(d.mesh.shape);
-  CornerWeights weights;
-  Eigen::Matrix<double, 24, Eigen::Dynamic> KT;  // K T_e
-  Eigen::MatrixXd TKT;                           // T_eᵀ K T_e
-  for (const int cell : d.scatter.hanging) {
-    const CellMatrix& K = stiffness.of(cell);
-    find_corner_weights(d, cell, weights);
-    KT.setZero(24, 3 * weights.count);
-    for (int b = 0; b < corners; ++b)
-      for (const auto& [place, weight] : weights.rows[b])
-        KT.middleCols<3>(3 * place) += weight * K.middleCols<3>(3 * b);
-    TKT.setZero(3 * weights.count, 3 * weights.count);
-    for (int a = 0; a < corners; ++a)
-      for (const auto& [place, weight] : weights.rows[a])
-        TKT.middleRows<3>(3 * place) += weight * KT.middleRows<3>(3 * a);
-    const int* position = d.scatter.positions.data() + d.scatter.pair_start[cell];
-    for (int a = 0; a < weights.count; ++a)
-      for (int b = 0; b < weights.count; ++b) A.block(*position++) += TKT.block<3, 3>(3 * a, 3 * b);
-  }
+  assemble_cells<HangingCell>(d, u, d.scatter.hanging, A);
 }
 
 BlockMatrix<double> assemble_stiffness(const Discretization& d, const Eigen::Matrix3Xd& u) {
@@ -140,18 +221,10 @@ void apply_supports(const Supports& supports, BlockMatrix<double>& A) {
 }
 
 Eigen::Matrix3Xd internal_forces(const Discretization& d, const Eigen::Matrix3Xd& u) {
-  Eigen::Matrix3Xd forces = Eigen::Matrix3Xd::Zero(3, d.mesh.node_count());
-  RestShapes::Entry scratch;
-  for (int cell = 0; cell < d.mesh.cell_count(); ++cell) {
-    const RestShapes::CellView entry = d.shapes.entry(d.mesh, cell, scratch);
-    // Without rotations only u counts, and in X + u - X it would lose the digits that X has before it.
-    const bool turns = d.shapes.material().kinematics == Kinematics::corotational;
-    const CellVectors X = turns ? corner_values(d.mesh, cell, d.mesh.nodes) : CellVectors(CellVectors::Zero());
-    const CellVectors x = X + corner_values(d.mesh, cell, u);
-    const Eigen::Matrix3d R = cell_rotation(entry.geometry, d.shapes.material(), x);
-    const CellVectors f = cell_force(entry.stiffness, R, X, x);
-    for (int c = 0; c < corner_count(d.mesh.shape); ++c) forces.col(d.mesh.cells[cell][c]) += f.col(c);
-  }
+  auto [forces] = sum_over_cells<1>(d, [&](int cell, const RestShapes::CellView& entry) {
+    const auto [X, x, R] = cell_motion(d, cell, entry.geometry, u);
+    return std::array{cell_force(entry.stiffness, R, X, x)};
+  });
   add_spring_forces(d.springs, d.mesh, u, forces);
   return forces;
 }
@@ -161,10 +234,7 @@ double strain_energy_product(const Discretization& d, const Eigen::Matrix3Xd& u)
   RestShapes::Entry scratch;
   for (int cell = 0; cell < d.mesh.cell_count(); ++cell) {
     const RestShapes::CellView entry = d.shapes.entry(d.mesh, cell, scratch);
-    const bool turns = d.shapes.material().kinematics == Kinematics::corotational;
-    const CellVectors X = turns ? corner_values(d.mesh, cell, d.mesh.nodes) : CellVectors(CellVectors::Zero());
-    const CellVectors x = X + corner_values(d.mesh, cell, u);
-    const Eigen::Matrix3d R = cell_rotation(entry.geometry, d.shapes.material(), x);
+    const auto [X, x, R] = cell_motion(d, cell, entry.geometry, u);
     const CellVectors local = R.transpose() * x - X;
     const auto v = local.reshaped();
     product += v.dot(entry.stiffness * v);

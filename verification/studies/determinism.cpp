@@ -17,6 +17,7 @@
 
 #include "core/adapt/apply_refinements.hpp"
 #include "core/adapt/marking.hpp"
+#include "core/parallel/for_parts.hpp"
 #include "core/scene/file_tokens.hpp"
 #include "core/scene/moving_scene.hpp"
 #include "core/scene/scene_reader.hpp"
@@ -254,13 +255,17 @@ BuildDescription this_build() {
   return build;
 }
 
-ThreadCounts::ThreadCounts(int blas, int openmp)
-    : blas_before_(threads("openblas_get_num_threads")), openmp_before_(threads("omp_get_max_threads")) {
+ThreadCounts::ThreadCounts(int blas, int openmp, int core)
+    : blas_before_(threads("openblas_get_num_threads")),
+      openmp_before_(threads("omp_get_max_threads")),
+      core_before_(thread_count()) {
+  set_thread_count(core);
   set_threads("openblas_set_num_threads", blas);
   set_threads("omp_set_num_threads", openmp);
 }
 
 ThreadCounts::~ThreadCounts() {
+  set_thread_count(core_before_);
   set_threads("openblas_set_num_threads", blas_before_);
   set_threads("omp_set_num_threads", openmp_before_);
 }
@@ -271,13 +276,14 @@ int ThreadCounts::openmp() { return std::max(1, threads("omp_get_max_threads"));
 std::vector<RepeatRow> repeat_scene(const SmallScene& scene) {
   std::vector<RepeatRow> rows;
   SceneEnd first;
-  const auto run = [&](const std::string& how, int blas, int openmp) {
-    const ThreadCounts counts(blas, openmp);
+  const auto run = [&](const std::string& how, int blas, int openmp, int core) {
+    const ThreadCounts counts(blas, openmp, core);
     const SceneEnd end = run_small_scene(scene);
     if (rows.empty()) first = end;
     RepeatRow row{.scene = scene.name, .how = how};
     row.blas_threads = ThreadCounts::blas();
     row.openmp_threads = ThreadCounts::openmp();
+    row.core_threads = thread_count();
     row.refined = end.refined;
     row.contact_points = end.contact_points;
     row.values = static_cast<int>(end.values.size());
@@ -291,13 +297,15 @@ std::vector<RepeatRow> repeat_scene(const SmallScene& scene) {
     }
     rows.push_back(row);
   };
-  run("first", 1, 1);
+  run("first", 1, 1, 1);
   {
     const DisturbedHeap elsewhere(1);
-    run("again, elsewhere in the heap", 1, 1);
+    run("again, elsewhere in the heap", 1, 1, 1);
   }
-  run("2 OpenMP threads", 1, 2);
-  run("2 BLAS threads", 2, 2);
+  run("2 threads", 1, 1, 2);
+  run("3 threads", 1, 1, 3);
+  run("2 OpenMP threads in CHOLMOD too", 1, 2, 2);
+  run("2 BLAS threads", 2, 2, 1);
   return rows;
 }
 
@@ -401,14 +409,16 @@ int scene_count() {
 }
 
 void claim_repeats(const std::vector<RepeatRow>& rows, Evidence& evidence) {
-  EvidenceTable table{"The same scene again",
-                      {"scene", "how", "BLAS", "OpenMP", "numbers", "changed", "change of u", "refined", "points"},
-                      {}};
+  EvidenceTable table{
+      "The same scene again",
+      {"scene", "how", "BLAS", "OpenMP", "core", "numbers", "changed", "change of u", "refined", "points"},
+      {}};
   int changed = 0, most_points = 0;
   double by_blas = 0.0;
   for (const RepeatRow& row : rows) {
-    table.rows.push_back({row.scene, row.how, 1.0 * row.blas_threads, 1.0 * row.openmp_threads, 1.0 * row.values,
-                          1.0 * row.changed, row.largest_change, 1.0 * row.refined, 1.0 * row.contact_points});
+    table.rows.push_back({row.scene, row.how, 1.0 * row.blas_threads, 1.0 * row.openmp_threads, 1.0 * row.core_threads,
+                          1.0 * row.values, 1.0 * row.changed, row.largest_change, 1.0 * row.refined,
+                          1.0 * row.contact_points});
     if (row.blas_threads == 1)
       changed += row.changed;
     else

@@ -66,10 +66,11 @@ struct BuildDescription {
 };
 BuildDescription this_build();
 
-/// How many threads BLAS and OpenMP use while this lives; without effect where the installation has no such switch.
+/// How many threads BLAS, OpenMP and the core use while this lives; without effect where the installation has no such
+/// switch.
 class ThreadCounts {
  public:
-  ThreadCounts(int blas, int openmp);
+  ThreadCounts(int blas, int openmp, int core = 1);
   ~ThreadCounts();
   ThreadCounts(const ThreadCounts&) = delete;
   ThreadCounts& operator=(const ThreadCounts&) = delete;
@@ -77,13 +78,13 @@ class ThreadCounts {
   static int openmp();  ///< that CHOLMOD would use; likewise
 
  private:
-  int blas_before_, openmp_before_;
+  int blas_before_, openmp_before_, core_before_;
 };
 
 /// A run of a scene against the first one, which is told too.
 struct RepeatRow {
   std::string scene, how;
-  int blas_threads = 1, openmp_threads = 1;
+  int blas_threads = 1, openmp_threads = 1, core_threads = 1;
   int values = 0, changed = 0;  ///< numbers of the end, and those that are not the same to the last bit
   double largest_change = 0.0;  ///< of the displacement, over the largest one
   int refined = 0, contact_points = 0;

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/parallel/for_parts.hpp"
 #include "core/scene/scene_error.hpp"
 #include "verification/support/check_claims.hpp"
 #include "verification/support/temporary_file.hpp"
@@ -97,11 +98,15 @@ TEST_CASE("a golden state gates bits where the build is the reference, and numbe
 TEST_CASE("threads are what they were once the counts are given back", "[determinism]") {
   const int before = ThreadCounts::blas();
   {
-    const ThreadCounts two(2, 2);
+    const ThreadCounts two(2, 2, 2);
+    const int core = thread_count();
+    CHECK((core == 2 || core == 1));  // one where the core is built without OpenMP
     const int during = ThreadCounts::blas();
     CHECK((during == 2 || during == 1));  // one where BLAS has no threads
     const ThreadCounts one(1, 1);
     CHECK(ThreadCounts::blas() == 1);
+    CHECK(thread_count() == 1);
   }
+  CHECK(thread_count() == 1);
   CHECK(ThreadCounts::blas() == before);
 }
