@@ -75,6 +75,7 @@ void add_clamped_wedges(Problems& problems) {
     hold_outside(problem);
     problem.problem.supports.push_back(clamped("ray_first"));
     problem.weakness = wedge.weakness;
+    if (wedge.opening == 0.5 * pi) problem.refused = "";  // a square of square cells
   }
 }
 
