@@ -37,7 +37,8 @@ struct MeasuredRun {
   std::string why_incomplete;  ///< one line; empty when complete
   RunCurves curves;
   /// Processor times of frames (processor_ms), a list for each pass over the scene; a static scene's frame is its whole
-  /// adaptive loop. That is the wall time on processors of one's own, whatever else this machine is busy with.
+  /// adaptive loop. Of one thread that is the wall time of a processor of one's own, whatever else this machine is busy
+  /// with; of several it is while none of their processors is anybody else's.
   std::vector<std::vector<double>> frame_ms;
   int frames = 0, unconverged = 0, refined = 0, coarsened = 0;
   int dofs_start = 0, dofs_max = 0, dofs_end = 0;

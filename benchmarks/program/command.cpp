@@ -96,10 +96,15 @@ void require_writable(const std::filesystem::path& directory) {
 
 void use_threads(int count) {
   set_thread_count(count);
-  // Found at run time: which BLAS and whether OpenMP is the installation's choice, not ours.
+  // Found at run time: which BLAS and whether OpenMP is the installation's choice, not ours. Older CHOLMODs ask for
+  // four threads whatever OpenMP's number is, so no parallel region may be active but those of for_parts.
   using Setter = void (*)(int);
-  for (const char* name : {"openblas_set_num_threads", "omp_set_num_threads"})
-    if (void* symbol = dlsym(RTLD_DEFAULT, name)) reinterpret_cast<Setter>(symbol)(1);
+  const auto set = [](const char* name, int value) {
+    if (void* symbol = dlsym(RTLD_DEFAULT, name)) reinterpret_cast<Setter>(symbol)(value);
+  };
+  set("openblas_set_num_threads", 1);
+  set("omp_set_num_threads", 1);
+  set("omp_set_max_active_levels", 0);
 }
 
 int finish(ResultDocument& document, const CommonOptions& options, const std::filesystem::path& directory,

@@ -12,6 +12,7 @@
 #include "benchmarks/program/shard.hpp"
 #include "benchmarks/program/trade_output.hpp"
 #include "benchmarks/trade/trade_result.hpp"
+#include "core/parallel/for_parts.hpp"
 #include "core/scene/scene_reader.hpp"
 
 namespace finegauge {
@@ -118,6 +119,10 @@ int trade(const TradeCommand& asked) {
   (void)parse_overrides(common.set);
   const Scene scene = read_scene(asked.scene, common.set);
   check_usage(asked, scene);
+  if (common.threads > processor_count())
+    throw UsageError("trade: --threads: found " + std::to_string(common.threads) +
+                     ", allowed are the processors of this machine, " + std::to_string(processor_count()) +
+                     ": times of more would say nothing");
   const Shard shard = parse_shard(asked.shard);
   if (shard.of > 1 && asked.confirm)
     throw UsageError("trade: --confirm: a part has no answers, allowed without --shard");

@@ -246,7 +246,8 @@ void add_static(const Scene& scene, std::vector<TradeAxis>& axes) {
 /// Powers of two up to the processors, and the sweep's own.
 TradeAxis threads_axis(int own, int processors) {
   std::set<int> numbers = {own};
-  for (int number = 1; number <= processors; number *= 2) numbers.insert(number);
+  if (processors > 1)
+    for (int number = 1; number <= processors; number *= 2) numbers.insert(number);
   TradeAxis axis{"threads", "that share the loops over cells, nodes and rows", {}, 0};
   for (const int number : numbers) {
     if (number == own) axis.own = static_cast<int>(axis.choices.size());

@@ -162,8 +162,10 @@ class Sweeper {
     MeasureOptions how;
     how.passes_least = how.passes_most = passes;
     if (compared) how.reference = &*reference_;
-    return unpacked(apart(step, seconds, [&](const Say& say) {
-      if (const int chosen = threads(axes_, setting)) set_thread_count(chosen);
+    // Of processor time, which the threads take together.
+    const int chosen = threads(axes_, setting) > 0 ? threads(axes_, setting) : options_.threads;
+    return unpacked(apart(step, chosen * seconds, [&](const Say& say) {
+      set_thread_count(chosen);
       how.go_on = saying(say);
       return packed(measure_run(*scene, how));
     }));

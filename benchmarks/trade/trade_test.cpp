@@ -2,6 +2,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <csignal>
@@ -14,6 +15,7 @@
 #include "benchmarks/trade/front.hpp"
 #include "benchmarks/trade/journal.hpp"
 #include "benchmarks/trade/trade_result.hpp"
+#include "core/parallel/for_parts.hpp"
 #include "core/scene/scene_error.hpp"
 #include "verification/support/catch.hpp"
 #include "verification/support/run_apart.hpp"
@@ -391,6 +393,29 @@ TEST_CASE("work in a process of its own ends as what it was") {
             },
             60.0, [] { return true; })
             .end == End::stopped);
+}
+
+TEST_CASE("a setting has the threads that it chooses, whatever the command has", "[trade][parallel]") {
+  const auto parts = [] {
+    std::atomic<int> count = 0;
+    for_parts(2, 1, [&](int, int) { ++count; });
+    return count.load();
+  };
+  use_threads(1);
+  CHECK(parts() == 1);
+  set_thread_count(2);
+  CHECK(parts() == std::min(2, thread_count()));  // one where the core is built without OpenMP
+  use_threads(1);
+  CHECK(parts() == 1);
+  // No axis where there is one processor, as for parts of a sweep, which may share a machine.
+  const TemporaryFile file("beam.toml", beam);
+  const auto has_axis = [&](int own, int processors) {
+    const std::vector<TradeAxis> axes = trade_axes(read(beam), own, processors);
+    return std::ranges::find(axes, "threads", &TradeAxis::name) != axes.end();
+  };
+  CHECK(has_axis(1, 2));
+  CHECK_FALSE(has_axis(1, 1));
+  CHECK_FALSE(has_axis(2, 1));
 }
 
 }  // namespace finegauge

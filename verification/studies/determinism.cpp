@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <cstdio>
@@ -43,6 +44,18 @@ void set_threads(const char* setter, int count) {
 int threads(const char* getter) {
   auto* get = find_function<int()>(getter);
   return get ? get() : 0;
+}
+
+/// Whether parallel regions of other libraries (CHOLMOD's, which ask for four threads) may be active.
+void set_levels(int levels) {
+  if (auto* set = find_function<void(int)>("omp_set_max_active_levels")) set(levels);
+}
+
+/// How many parts a loop really has that may have as many as there are threads.
+int shared_by(int threads) {
+  std::atomic<int> parts = 0;
+  for_parts(threads, 1, [&](int, int) { ++parts; });
+  return parts;
 }
 
 /// Holes of all small sizes in the heap, so that what a run allocates lies elsewhere, on other multiples of 16 bytes.
@@ -258,14 +271,17 @@ BuildDescription this_build() {
 ThreadCounts::ThreadCounts(int blas, int openmp, int core)
     : blas_before_(threads("openblas_get_num_threads")),
       openmp_before_(threads("omp_get_max_threads")),
-      core_before_(thread_count()) {
+      core_before_(thread_count()),
+      levels_before_(threads("omp_get_max_active_levels")) {
   set_thread_count(core);
+  set_levels(openmp > 1 ? 1 : 0);
   set_threads("openblas_set_num_threads", blas);
   set_threads("omp_set_num_threads", openmp);
 }
 
 ThreadCounts::~ThreadCounts() {
   set_thread_count(core_before_);
+  set_levels(levels_before_);
   set_threads("openblas_set_num_threads", blas_before_);
   set_threads("omp_set_num_threads", openmp_before_);
 }
@@ -283,7 +299,7 @@ std::vector<RepeatRow> repeat_scene(const SmallScene& scene) {
     RepeatRow row{.scene = scene.name, .how = how};
     row.blas_threads = ThreadCounts::blas();
     row.openmp_threads = ThreadCounts::openmp();
-    row.core_threads = thread_count();
+    row.core_threads = shared_by(core);
     row.refined = end.refined;
     row.contact_points = end.contact_points;
     row.values = static_cast<int>(end.values.size());
@@ -401,6 +417,11 @@ std::string deviation(const GoldenState& golden, const GoldenState& found, bool 
 
 namespace {
 
+bool has_threads() {
+  const ThreadCounts two(1, 1, 2);
+  return thread_count() == 2;
+}
+
 int scene_count() {
   int count = 0;
   for (const auto& entry : std::filesystem::directory_iterator(reference_data() / "scenes"))
@@ -413,7 +434,7 @@ void claim_repeats(const std::vector<RepeatRow>& rows, Evidence& evidence) {
       "The same scene again",
       {"scene", "how", "BLAS", "OpenMP", "core", "numbers", "changed", "change of u", "refined", "points"},
       {}};
-  int changed = 0, most_points = 0;
+  int changed = 0, most_points = 0, most_threads = 0;
   double by_blas = 0.0;
   for (const RepeatRow& row : rows) {
     table.rows.push_back({row.scene, row.how, 1.0 * row.blas_threads, 1.0 * row.openmp_threads, 1.0 * row.core_threads,
@@ -424,6 +445,7 @@ void claim_repeats(const std::vector<RepeatRow>& rows, Evidence& evidence) {
     else
       by_blas = std::isnan(by_blas) || row.largest_change <= by_blas ? by_blas : row.largest_change;
     most_points = std::max(most_points, row.contact_points);
+    most_threads = std::max(most_threads, row.core_threads);
   }
   evidence.tables.push_back(table);
   evidence.claim("numbers_that_another_run_changes", changed, 0, 0,
@@ -431,6 +453,8 @@ void claim_repeats(const std::vector<RepeatRow>& rows, Evidence& evidence) {
                  "program");
   evidence.claim("change_by_two_BLAS_threads", by_blas, 0.0, 1e-9,
                  "BLAS sums in another order then: round-off times a condition number of 1e6 at most");
+  evidence.claim("threads_that_shared_a_loop", most_threads, has_threads() ? 2 : 1, 3,
+                 "two and three were asked for, where the core is built with OpenMP");
   evidence.claim("contact_points_at_the_end", most_points, 2, 100, "the needle is in the tissue");
 }
 

@@ -78,7 +78,7 @@ class ThreadCounts {
   static int openmp();  ///< that CHOLMOD would use; likewise
 
  private:
-  int blas_before_, openmp_before_, core_before_;
+  int blas_before_, openmp_before_, core_before_, levels_before_;
 };
 
 /// A run of a scene against the first one, which is told too.
