@@ -193,7 +193,8 @@ class Sweeper {
     return folder / (scene_.name + "_reference_" + key_ + extension);
   }
   std::filesystem::path fields() const { return reference_file(".cbor"); }
-  std::filesystem::path errors() const { return reference_file(".json"); }
+  /// Not .json: those of a folder are result documents, which `finegauge report` reads.
+  std::filesystem::path errors() const { return reference_file(".jsonl"); }
 
   /// Of all that the reference depends on, so that one that is found is the right one.
   std::string reference_key() const {
@@ -243,7 +244,7 @@ class Sweeper {
                                "; its settings can be changed by --reference");
     write_file_atomically(
         file,
-        Json({{"errors", to_json(run).at("errors")}, {"fine", wanted_.fine}, {"coarser", wanted_.coarser}}).dump(1));
+        Json({{"errors", to_json(run).at("errors")}, {"fine", wanted_.fine}, {"coarser", wanted_.coarser}}).dump());
     return true;
   }
 

@@ -169,6 +169,12 @@ TEST_CASE("a sweep that is stopped anywhere and resumed has the rows of one that
   REQUIRE(whole.jobs.size() == 10);
   CHECK(whole.jobs.front().run.complete);
   CHECK_THROWS_AS(run_trade(options), UsageError);  // without --resume nothing is overwritten
+  int files = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(options.directory)) {
+    ++files;
+    CHECK(entry.path().extension() != ".json");  // `finegauge report` would take it for a result document
+  }
+  CHECK(files == 3);  // the journal, the reference, and how far that is off
 
   options.directory = whole_folder.path / "cut";
   int asked = 0;
