@@ -195,9 +195,12 @@ std::string gnuplot_script(const Plot& plot, const std::filesystem::path& svg) {
     const std::string mark = "points pt " + std::to_string(point_types[i % point_types.size()]) + " ps 0.7";
     curves += (curves.empty() ? "plot " : ", \\\n     ") + block + " using 1:2 with " +
               (series.points_only ? mark
+               : series.in_steps  ? "steps"
                : marked           ? "lines" + mark
                                   : "lines") +
               " lw 2.2 lc rgb \"" + color + "\" title " + gnuplot_string(title);
+    if (series.in_steps && marked)
+      curves += ", \\\n     " + block + " using 1:2 with " + mark + " lw 2.2 lc rgb \"" + color + "\" notitle";
   }
   x.widen(0.04, 0.2), y.widen(0.06, 0.1);
   for (EndLabel& label : labels) label.shown_x = x.share(label.x), label.shown_y = y.share(label.y);

@@ -12,6 +12,7 @@ struct PlotSeries {
   std::vector<double> x, y;
   bool points_only = false;  ///< marks without a line: a cloud, which has no end to label and no slope
   bool with_slope = true;    ///< on double logarithmic plots the legend adds the least squares slope without its sign
+  bool in_steps = false;     ///< the line keeps a point's value up to the next point
 };
 
 /// A line plot; with both axes logarithmic, a convergence plot.

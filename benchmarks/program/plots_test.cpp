@@ -31,6 +31,16 @@ TEST_CASE("the legend gives the slope without its sign", "[plots]") {
   CHECK_THAT(logarithmic_slope(decay(0.1, 10.0).series[0]), WithinRel(-1.0, 1e-12));
 }
 
+TEST_CASE("a front goes in steps, with marks at its points alone", "[plots]") {
+  Plot plot = decay(0.1, 10.0);
+  REQUIRE_THAT(gnuplot_script(plot, "decay.svg"), ContainsSubstring("with linespoints"));
+  plot.series[0].in_steps = true;
+  const std::string script = gnuplot_script(plot, "decay.svg");
+  CHECK_THAT(script, ContainsSubstring("$curve0 using 1:2 with steps"));
+  CHECK_THAT(script, ContainsSubstring("$curve0 using 1:2 with points"));
+  CHECK_THAT(script, !ContainsSubstring("linespoints"));
+}
+
 TEST_CASE("a logarithmic axis has two labelled ticks at the least, however short it is", "[plots]") {
   // The second and the third lie between two neighbours of 1, 2, 3, 4, 5, 6, 8; the last ends before the decade.
   const auto [low, high] = GENERATE(std::pair{0.01, 10.0}, std::pair{0.32, 0.36}, std::pair{6.4, 7.2},

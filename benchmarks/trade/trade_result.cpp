@@ -207,11 +207,9 @@ std::vector<Plot> trade_plots(const TradeSweep& sweep, const std::string& name) 
       PlotSeries& series = job.number == 0 ? own : all;
       series.x.push_back(frame_timing(all_passes(job)).p99), series.y.push_back(error);
     }
-    // In steps: between two settings there is none, and in the time that the slower one takes the faster one is had.
+    front.in_steps = true;  // between two settings there is none
     for (const std::size_t i : on_front) {
-      const double time = frame_timing(all_passes(sweep.jobs[i])).p99;
-      if (!front.x.empty()) front.x.push_back(time), front.y.push_back(double{front.y.back()});
-      front.x.push_back(time);
+      front.x.push_back(frame_timing(all_passes(sweep.jobs[i])).p99);
       front.y.push_back(error_of(sweep.jobs[i], quantity));
     }
     plot.series = {all, front, own};
