@@ -161,7 +161,7 @@ void assemble_cells(const Discretization& d, const Eigen::Matrix3Xd& u, const st
       for (std::size_t k = first_of(range); k < first_of(range + 1); ++k)
         for (const int node : nodes_of(cells[k])) owner[node] = std::min(owner[node], range);
   }
-  std::vector<DeferredRows> deferred(static_cast<std::size_t>(ranges));
+  std::vector<DeferredRows> deferred(static_cast<std::size_t>(ranges > 1 ? ranges : 0));
   for_parts(ranges, 1, [&](int begin, int end) {
     CellOf matrix(d, u);
     for (int range = begin; range < end; ++range)
