@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "benchmarks/paper/force_curves.hpp"
+#include "benchmarks/measure/force_curves.hpp"
 
 namespace finegauge {
 namespace {

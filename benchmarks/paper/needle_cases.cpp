@@ -6,6 +6,7 @@
 
 #include "benchmarks/program/command.hpp"
 #include "benchmarks/program/frame_rows.hpp"
+#include "benchmarks/program/known_scenes.hpp"
 #include "benchmarks/program/mesh_picture.hpp"
 #include "benchmarks/program/needle_sections.hpp"
 #include "benchmarks/program/processor_time.hpp"

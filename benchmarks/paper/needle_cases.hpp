@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "benchmarks/paper/force_curves.hpp"
+#include "benchmarks/measure/force_curves.hpp"
 #include "benchmarks/program/motion_run.hpp"
 #include "benchmarks/program/study.hpp"
 #include "core/scene/scene.hpp"

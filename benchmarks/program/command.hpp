@@ -52,21 +52,4 @@ void use_threads(int count);
 int finish(ResultDocument& document, const CommonOptions& options, const std::filesystem::path& directory,
            const Progress& progress);
 
-/// Each adds one command; the parsed command's number is left in `exit_code`.
-void add_list_command(CLI::App& program, int& exit_code);
-void add_run_command(CLI::App& program, int& exit_code);
-void add_reproduce_command(CLI::App& program, int& exit_code);
-void add_verify_command(CLI::App& program, int& exit_code);
-void add_atlas_command(CLI::App& program, int& exit_code);
-void add_trade_command(CLI::App& program, int& exit_code);
-void add_audit_command(CLI::App& program, int& exit_code);
-void add_merge_command(CLI::App& program, int& exit_code);
-void add_profile_command(CLI::App& program, int& exit_code);
-void add_report_command(CLI::App& program, int& exit_code);
-void add_gate_command(CLI::App& program, int& exit_code);
-void add_help_command(CLI::App& program, int& exit_code);
-
-/// The scene files that come with the program, if this machine has them; sorted.
-std::vector<std::filesystem::path> known_scenes();
-
 }  // namespace finegauge

@@ -3,7 +3,6 @@
 #include <filesystem>
 #include <functional>
 #include <map>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -49,9 +48,6 @@ struct Study {
   std::string about;  ///< one line
   StudyResult (*run)(const StudyContext&);
 };
-
-/// The studies of `finegauge reproduce` that exist, in the order of the paper.
-std::span<const Study> paper_studies();
 
 /// A row of the terminal's table.
 struct ComparisonRow {

@@ -192,8 +192,7 @@ ErrorEstimate estimate_error_by(const Discretization& d, const CellStresses& str
     return Squares{share * (error.error_squared + unresolved), share * error.energy};
   };
   std::vector<Squares> squares(static_cast<std::size_t>(mesh.cell_count()));
-  constexpr int grain = 64;  // cells, of a few hundred nanoseconds
-  for_parts(mesh.cell_count(), grain, [&](int first, int last) {
+  for_parts(mesh.cell_count(), worth_a_thread(200), [&](int first, int last) {
     CellGeometry scratch;
     for (int cell = first; cell < last; ++cell) squares[cell] = estimate_cell(cell, scratch);
   });

@@ -178,7 +178,7 @@ Patches patches_of(const Discretization& d) {
   return patches;
 }
 
-constexpr int least_per_thread = 64;  // cells or nodes, of some microsecond each
+constexpr int least_per_thread = worth_a_thread(500);  // cells or nodes
 
 /// Nodal values of stresses at the centres of the cells.
 VoigtColumns recover(const Discretization& d, const Patches& patches, const VoigtColumns& at_centres, PatchBasis most) {

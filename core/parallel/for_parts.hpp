@@ -19,6 +19,10 @@ void run_parts(int count, int parts, void (*part)(const void* body, int first, i
 
 }  // namespace detail
 
+/// How many items of a loop are worth a thread, one of which takes so long [ns]: 10 µs of them, several times what it
+/// takes to start a thread that waits and to wait for it. The grain of for_parts.
+constexpr int worth_a_thread(int nanoseconds_each) { return 10'000 / nanoseconds_each + 1; }
+
 /// Calls body(first, last) for contiguous parts of [0, count) that together are the whole, at the same time on threads
 /// that share the work, as many as there are parts of at least `grain`. What body writes must belong to its part alone
 /// and must not depend on where the part ends. What it throws is thrown on, once all parts have ended.

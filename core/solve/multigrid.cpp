@@ -100,7 +100,7 @@ MeshHierarchy build_hierarchy(const RefinementForest& forest, const Discretizati
   return hierarchy;
 }
 
-constexpr int rows_per_thread = 512;  // of some 30 ns each
+constexpr int rows_per_thread = worth_a_thread(30);
 
 /// A mesh of the cycle with its matrix in single precision; the vectors end in one scalar of padding.
 struct Multigrid::Level {

@@ -8,8 +8,7 @@ namespace finegauge {
 void multiply(const BlockMatrix<double>& A, const Eigen::VectorXd& x, Eigen::VectorXd& y) {
   const BlockPattern& pattern = *A.pattern;
   y.resize(x.size());
-  constexpr int grain = 256;  // rows, of some 50 ns
-  for_parts(pattern.size(), grain, [&](int first, int last) {
+  for_parts(pattern.size(), worth_a_thread(50), [&](int first, int last) {
     for (int i = first; i < last; ++i) {
       Lanes<double> row = {};
       multiply_row(A.values.data(), pattern.column.data(), pattern.row_start[i], pattern.row_start[i + 1], x.data(),

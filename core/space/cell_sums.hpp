@@ -26,8 +26,7 @@ inline CellMotion cell_motion(const Discretization& d, int cell, const CellGeome
   return motion;
 }
 
-/// Cells of a few hundred nanoseconds or more: so many are worth a thread.
-inline constexpr int cells_per_thread = 32;
+inline constexpr int cells_per_thread = worth_a_thread(300);
 
 /// Nodal sums [3 × n_nodes] of what of_cell(cell, entry) gives for a cell's corners, as many as it gives; added in the
 /// order of the cells, whatever the threads.

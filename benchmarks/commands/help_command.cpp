@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "benchmarks/commands/commands.hpp"
 #include "benchmarks/program/command.hpp"
 #include "core/scene/scene_keys.hpp"
 

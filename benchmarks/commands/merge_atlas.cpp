@@ -1,8 +1,8 @@
 #include <algorithm>
 
+#include "benchmarks/commands/merge.hpp"
 #include "benchmarks/program/atlas_result.hpp"
 #include "benchmarks/program/command.hpp"
-#include "benchmarks/program/merge.hpp"
 #include "verification/studies/atlas.hpp"
 
 namespace finegauge {

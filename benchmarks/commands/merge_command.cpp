@@ -2,8 +2,9 @@
 #include <cstdio>
 #include <memory>
 
+#include "benchmarks/commands/commands.hpp"
+#include "benchmarks/commands/merge.hpp"
 #include "benchmarks/program/command.hpp"
-#include "benchmarks/program/merge.hpp"
 
 namespace finegauge {
 namespace {

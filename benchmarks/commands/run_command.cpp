@@ -8,6 +8,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "benchmarks/commands/commands.hpp"
 #include "benchmarks/program/command.hpp"
 #include "benchmarks/program/frame_rows.hpp"
 #include "benchmarks/program/interrupt.hpp"

@@ -5,12 +5,13 @@
 #include <random>
 #include <utility>
 
+#include "benchmarks/commands/commands.hpp"
 #include "benchmarks/measure/overrides.hpp"
 #include "benchmarks/program/command.hpp"
 #include "benchmarks/program/interrupt.hpp"
 #include "benchmarks/program/sha256.hpp"
 #include "benchmarks/program/shard.hpp"
-#include "benchmarks/program/trade_output.hpp"
+#include "benchmarks/trade/trade_output.hpp"
 #include "benchmarks/trade/trade_result.hpp"
 #include "core/parallel/for_parts.hpp"
 #include "core/scene/scene_reader.hpp"
@@ -212,9 +213,8 @@ void add_trade_command(CLI::App& program, int& exit_code) {
       "The error of each run is its distance from a finer run of the scene, the reference, in the energy norm and for\n"
       "each quantity; how far a coarser reference is from it is printed. Settings fill the space evenly first and\n"
       "come nearer to the front then. Those on a front are timed three times more, in random order. A promised rate\n"
-      "is what the worst pass kept in 99 of 100 frames, less a tenth or the noise. Numbers of threads up to that of "
-      "the\n"
-      "processors are among the settings, but not of a part (--shard). Writes NAME.json, NAME.csv, a plot\n"
+      "is what the worst pass kept in 99 of 100 frames, less a tenth or the noise. Numbers of threads, up to that\n"
+      "of the processors, are among the settings, but not of a part (--shard). Writes NAME.json, NAME.csv, a plot\n"
       "per quantity, NAME_journal.jsonl (finished runs, for --resume) and the reference.\n"
       "\n"
       "Examples:\n"

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "benchmarks/audit/audit.hpp"
+#include "benchmarks/commands/commands.hpp"
 #include "benchmarks/measure/overrides.hpp"
 #include "benchmarks/program/command.hpp"
 #include "benchmarks/program/interrupt.hpp"

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 
+#include "benchmarks/commands/commands.hpp"
 #include "benchmarks/program/atlas_result.hpp"
 #include "benchmarks/program/atomic_file.hpp"
 #include "benchmarks/program/command.hpp"

@@ -8,6 +8,7 @@
 #include <optional>
 #include <random>
 
+#include "benchmarks/commands/commands.hpp"
 #include "benchmarks/gate/budget.hpp"
 #include "benchmarks/gate/gate.hpp"
 #include "benchmarks/program/command.hpp"

@@ -1,6 +1,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "benchmarks/commands/commands.hpp"
 #include "benchmarks/program/atomic_file.hpp"
 #include "benchmarks/program/command.hpp"
 #include "benchmarks/report/page.hpp"

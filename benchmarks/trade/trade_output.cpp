@@ -1,4 +1,4 @@
-#include "benchmarks/program/trade_output.hpp"
+#include "benchmarks/trade/trade_output.hpp"
 
 #include <cmath>
 #include <cstdio>

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "benchmarks/commands/commands.hpp"
 #include "benchmarks/paper/displacement_field_study.hpp"
 #include "benchmarks/paper/liver_phantom_study.hpp"
 #include "benchmarks/paper/liver_study.hpp"

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 
+#include "benchmarks/commands/commands.hpp"
 #include "benchmarks/program/command.hpp"
 #include "benchmarks/program/interrupt.hpp"
 #include "verification/studies/evidence_studies.hpp"

@@ -1,4 +1,4 @@
-#include "benchmarks/paper/force_curves.hpp"
+#include "benchmarks/measure/force_curves.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "benchmarks/commands/merge.hpp"
 #include "benchmarks/program/command.hpp"
-#include "benchmarks/program/merge.hpp"
-#include "benchmarks/program/trade_output.hpp"
 #include "benchmarks/trade/journal.hpp"
+#include "benchmarks/trade/trade_output.hpp"
 
 namespace finegauge {
 namespace {

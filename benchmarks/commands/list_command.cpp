@@ -1,7 +1,7 @@
-#include <algorithm>
 #include <cstdio>
 
-#include "benchmarks/program/command.hpp"
+#include "benchmarks/commands/commands.hpp"
+#include "benchmarks/program/known_scenes.hpp"
 #include "benchmarks/program/study.hpp"
 #include "core/scene/scene_error.hpp"
 #include "core/scene/scene_reader.hpp"
@@ -36,18 +36,6 @@ void print_list() {
 }
 
 }  // namespace
-
-std::vector<std::filesystem::path> known_scenes() {
-  std::vector<std::filesystem::path> files;
-  for (const std::filesystem::path root : {"reference_data", FINEGAUGE_SOURCE_DIR "/reference_data"}) {
-    std::error_code missing;
-    for (const auto& entry : std::filesystem::directory_iterator(root / "scenes", missing))
-      if (entry.path().extension() == ".toml") files.push_back(entry.path());
-    if (!files.empty()) break;
-  }
-  std::sort(files.begin(), files.end());
-  return files;
-}
 
 void add_list_command(CLI::App& program, int&) {
   CLI::App* command = program.add_subcommand("list", "Scenes, studies and evidence, a line each");

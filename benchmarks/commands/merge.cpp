@@ -1,4 +1,4 @@
-#include "benchmarks/program/merge.hpp"
+#include "benchmarks/commands/merge.hpp"
 
 #include <algorithm>
 #include <array>

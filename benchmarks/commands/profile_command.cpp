@@ -4,6 +4,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "benchmarks/commands/commands.hpp"
 #include "benchmarks/profile/frame_profile.hpp"
 #include "benchmarks/profile/instrumentation.hpp"
 #include "benchmarks/profile/processor_clock.hpp"

@@ -6,6 +6,7 @@
 #include <exception>
 #include <string>
 
+#include "benchmarks/commands/commands.hpp"
 #include "benchmarks/program/build_info.hpp"
 #include "benchmarks/program/command.hpp"
 #include "benchmarks/program/interrupt.hpp"
