@@ -68,7 +68,7 @@ MotionRun run_motion(const Scene& scene, const MotionObserver& observer, StageCl
   const Tissue& tissue = simulation.tissue();  // where the body is at the end
   for (std::string& note : cell_notes(scene, tissue.mesh.d.mesh, tissue.state.u)) run.notes.push_back(std::move(note));
   run.final_state = simulation.state();
-  run.mesh_changes = simulation.mesh_changes();
+  if (scene.dynamics->check_popping) run.mesh_changes = simulation.mesh_changes();
   return run;
 }
 

@@ -3,10 +3,8 @@
 #include <unistd.h>
 
 #include <cstdio>
-#include <exception>
 #include <filesystem>
 #include <fstream>
-#include <limits>
 #include <optional>
 #include <stdexcept>
 
@@ -117,17 +115,7 @@ void run_scene(const Scene& scene, const std::function<bool(const FrameView&)>& 
 AtlasPoint scene_point(double value, const std::string& text, const std::function<AtlasPoint()>& judged,
                        std::vector<AtlasFile> files) {
   announce_scene(text, files);
-  AtlasPoint point;
-  try {
-    point = judged();
-  } catch (const SceneError& error) {
-    point = refusal(value, error.what());
-  } catch (const std::invalid_argument& error) {
-    point = refusal(value, error.what());
-  } catch (const std::exception& error) {
-    point.measure = std::numeric_limits<double>::quiet_NaN();
-    point.why = std::string("an exception that names no input: ") + error.what();
-  }
+  AtlasPoint point = point_or_refusal(value, judged);
   point.value = value;
   point.scene = text;
   point.files = std::move(files);

@@ -221,24 +221,14 @@ void show_nothing(Evidence& evidence) {
 }  // namespace
 
 Evidence friction_evidence(const EvidenceOptions& options) {
-  Evidence evidence;
-  struct Part {
-    const char* doing;
-    void (*show)(Evidence&, bool full);
-  };
-  const Part parts[] = {
+  static constexpr EvidencePart parts[] = {
       {"a block on an incline", [](Evidence& e, bool) { show_incline(e); }},
       {"stick and slip", show_stick_slip},
       {"a rigid channel", [](Evidence& e, bool) { show_channel(e); }},
       {"puncture and cuts", [](Evidence& e, bool) { show_cycle(e); }},
       {"a needle outside", [](Evidence& e, bool) { show_nothing(e); }},
   };
-  const double count = static_cast<double>(std::size(parts));
-  for (std::size_t k = 0; k < std::size(parts) && !options.interrupted(); ++k) {
-    options.progress(static_cast<double>(k) / count, parts[k].doing);
-    parts[k].show(evidence, options.full);
-  }
-  return evidence;
+  return show_parts(parts, options);
 }
 
 }  // namespace finegauge

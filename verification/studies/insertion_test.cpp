@@ -300,16 +300,7 @@ double bound_static_force(const InsertionSetup& setup, Insertion& insertion) {
 }  // namespace
 
 TEST_CASE("the force held after a puncture is that of the bound static problem", "[insertion][kkt]") {
-  InsertionSetup setup;
-  setup.cells = {6, 3, 3};
-  setup.kinematics = Kinematics::linear;
-  setup.solver.linear.relative_residual = 1e-12;
-  setup.interaction.tolerance = 1e-11;
-  // Puncture, cuts, and a hold until nothing moves: whatever slid has stopped where the forces balance.
-  setup.contact.puncture_strength = 2.0;
-  setup.contact.cut_strength = 3.0;
-  setup.contact.clamping = 1000.0;
-  setup.strokes = {{{0.0066, 0.0, 0.0}, 0.66}, {{0.0, 0.0, 0.0}, 2.0}};
+  const InsertionSetup setup = held_insertion();
   InsertionRun run = run_insertion(setup, 500);
   CHECK(run.unconverged() == 0);
   REQUIRE(run.events(ContactEventKind::puncture).size() == 1);

@@ -441,16 +441,8 @@ BucklingRow needle_buckling(NeedleTip tip, const std::vector<int>& elements) {
 }
 
 ForceBalance needle_force_balance(double offset) {
-  InsertionSetup setup;
-  setup.cells = {6, 3, 3};
+  InsertionSetup setup = held_insertion();
   setup.entry.z() += offset;
-  setup.kinematics = Kinematics::linear;
-  setup.solver.linear.relative_residual = 1e-12;
-  setup.interaction.tolerance = 1e-11;
-  setup.contact.puncture_strength = 2.0;
-  setup.contact.cut_strength = 3.0;
-  setup.contact.clamping = 1000.0;
-  setup.strokes = {{{0.0066, 0.0, 0.0}, 0.66}, {{0.0, 0.0, 0.0}, 2.0}};
   InsertionCase made = insertion_case(setup);
   Insertion insertion = start_insertion(std::move(made.forest), made.problem);
   const Needle& needle = made.problem.needle;
@@ -487,12 +479,7 @@ ForceBalance needle_force_balance(double offset) {
 }
 
 Evidence needle_evidence(const EvidenceOptions& options) {
-  Evidence evidence;
-  struct Part {
-    const char* doing;
-    void (*show)(Evidence&, bool full);
-  };
-  const Part parts[] = {
+  static constexpr EvidencePart parts[] = {
       {"cantilevers", [](Evidence& e, bool) { show_cantilevers(e); }},
       {"rolled-up beams", [](Evidence& e, bool) { show_roll_up(e); }},
       {"the elastica", [](Evidence& e, bool) { show_elastica(e); }},
@@ -503,12 +490,7 @@ Evidence needle_evidence(const EvidenceOptions& options) {
       {"a force on a line", show_line_force},
       {"balance of forces", [](Evidence& e, bool) { show_balance(e); }},
   };
-  const double count = static_cast<double>(std::size(parts));
-  for (std::size_t k = 0; k < std::size(parts) && !options.interrupted(); ++k) {
-    options.progress(static_cast<double>(k) / count, parts[k].doing);
-    parts[k].show(evidence, options.full);
-  }
-  return evidence;
+  return show_parts(parts, options);
 }
 
 }  // namespace finegauge

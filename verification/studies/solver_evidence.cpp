@@ -315,24 +315,14 @@ AlgebraicLadder algebraic_ladder(const std::vector<double>& asked) {
 }
 
 Evidence solver_evidence(const EvidenceOptions& options) {
-  Evidence evidence;
-  struct Part {
-    const char* doing;
-    void (*show)(Evidence&, bool full);
-  };
-  const Part parts[] = {
+  static constexpr EvidencePart parts[] = {
       {"Uzawa's error factor", [](Evidence& e, bool) { show_error_factors(e); }},
       {"weights of the augmented Lagrangian", show_weights},
       {"residual and error of a static solve", show_ladder},
       {"the oscillator of backward Euler", [](Evidence& e, bool) { show_oscillator(e); }},
       {"energy and momentum", show_energy},
   };
-  const double count = static_cast<double>(std::size(parts));
-  for (std::size_t k = 0; k < std::size(parts) && !options.interrupted(); ++k) {
-    options.progress(static_cast<double>(k) / count, parts[k].doing);
-    parts[k].show(evidence, options.full);
-  }
-  return evidence;
+  return show_parts(parts, options);
 }
 
 }  // namespace finegauge

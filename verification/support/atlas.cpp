@@ -140,10 +140,10 @@ std::vector<double> atlas_values(const AtlasAxis& axis, bool full) {
   return values;
 }
 
-AtlasPoint try_value(const AtlasAxis& axis, double value) {
+AtlasPoint point_or_refusal(double value, const std::function<AtlasPoint()>& judged) {
   AtlasPoint point;
   try {
-    point = axis.at(value);
+    point = judged();
   } catch (const SceneError& error) {
     point = refusal(value, error.what());
   } catch (const std::invalid_argument& error) {
@@ -152,6 +152,11 @@ AtlasPoint try_value(const AtlasAxis& axis, double value) {
     point.measure = std::numeric_limits<double>::quiet_NaN();
     point.why = std::string("an exception that names no input: ") + error.what();
   }
+  return point;
+}
+
+AtlasPoint try_value(const AtlasAxis& axis, double value) {
+  AtlasPoint point = point_or_refusal(value, [&] { return axis.at(value); });
   point.value = value;
   point.why = one_line(point.why);
   if (point.answered() && !std::isfinite(point.measure)) {

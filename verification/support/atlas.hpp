@@ -63,8 +63,7 @@ struct AtlasOptions {
 /// All values of an axis, ascending.
 std::vector<double> atlas_values(const AtlasAxis& axis, bool full);
 
-/// axis.at(value); what it throws becomes a point too: bad input (SceneError, std::invalid_argument) a refusal, all
-/// else a failure. So does an answer whose measure is not finite.
+/// axis.at(value), or what point_or_refusal makes of it. An answer whose measure is not finite is a failure too.
 AtlasPoint try_value(const AtlasAxis& axis, double value);
 
 /// The same in a process of its own, so that a crash and a value that does not end are failures of that one point. None
@@ -111,6 +110,9 @@ class AtlasChecks {
 };
 
 AtlasPoint refusal(double value, const std::string& why);
+/// What `judged` returns; what it throws becomes a point too: bad input (SceneError, std::invalid_argument) a refusal,
+/// all else a failure.
+AtlasPoint point_or_refusal(double value, const std::function<AtlasPoint()>& judged);
 
 /// worst <- value where that is larger. A NaN is larger than any number, and stays.
 void keep_largest(double& worst, double value);

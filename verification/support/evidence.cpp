@@ -22,6 +22,16 @@ std::string cell_text(const TableValue& value) {
 
 }  // namespace
 
+Evidence show_parts(std::span<const EvidencePart> parts, const EvidenceOptions& options) {
+  Evidence evidence;
+  const double count = static_cast<double>(parts.size());
+  for (std::size_t k = 0; k < parts.size() && !options.interrupted(); ++k) {
+    options.progress(static_cast<double>(k) / count, parts[k].doing);
+    parts[k].show(evidence, options.full);
+  }
+  return evidence;
+}
+
 std::string to_string(CredibilityFactor factor) {
   switch (factor) {
     case CredibilityFactor::software_quality_assurance:

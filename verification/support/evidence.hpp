@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <span>
 #include <string>
 #include <variant>
 #include <vector>
@@ -49,6 +50,14 @@ struct EvidenceOptions {
   std::function<void(double fraction, const std::string& doing)> progress = [](double, const std::string&) {};
   std::function<bool()> interrupted = [] { return false; };  ///< true: return what is finished
 };
+
+/// A part of a study: what it does, in a few words, and what adds to the evidence; `full` as in the options.
+struct EvidencePart {
+  const char* doing;
+  void (*show)(Evidence& evidence, bool full);
+};
+/// One part after the other, with progress, until all are shown or the user wants to stop.
+Evidence show_parts(std::span<const EvidencePart> parts, const EvidenceOptions& options);
 
 struct EvidenceStudy {
   std::string name;  ///< as `finegauge verify NAME` takes it

@@ -4,6 +4,19 @@
 
 namespace finegauge {
 
+InsertionSetup held_insertion() {
+  InsertionSetup setup;
+  setup.cells = {6, 3, 3};
+  setup.kinematics = Kinematics::linear;
+  setup.solver.linear.relative_residual = 1e-12;
+  setup.interaction.tolerance = 1e-11;
+  setup.contact.puncture_strength = 2.0;
+  setup.contact.cut_strength = 3.0;
+  setup.contact.clamping = 1000.0;
+  setup.strokes = {{{0.0066, 0.0, 0.0}, 0.66}, {{0.0, 0.0, 0.0}, 2.0}};
+  return setup;
+}
+
 InsertionCase insertion_case(const InsertionSetup& setup) {
   const UnitSystem& unit = setup.units;
   BoxMeshOptions box;

@@ -48,6 +48,10 @@ struct InsertionSetup {
   UnitSystem units;
 };
 
+/// A linear block of coarse cells and residuals of round-off: puncture, cuts, and a hold until nothing moves, after 500
+/// frames. Whatever slid has stopped where the forces balance.
+InsertionSetup held_insertion();
+
 struct InsertionCase {
   InsertionProblem problem;
   RefinementForest forest;
