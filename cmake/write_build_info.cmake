@@ -9,8 +9,9 @@ if(GIT)
     OUTPUT_VARIABLE commit OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET RESULT_VARIABLE failed)
   if(NOT failed)
     set(FINEGAUGE_COMMIT "${commit}")
-    execute_process(COMMAND ${GIT} status --porcelain WORKING_DIRECTORY ${SOURCE_DIR}
-      OUTPUT_VARIABLE changes ERROR_QUIET)
+    # Of what a build is made; a user's own scenes and results are not.
+    execute_process(COMMAND ${GIT} status --porcelain -- CMakeLists.txt CMakePresets.json cmake core verification benchmarks
+      WORKING_DIRECTORY ${SOURCE_DIR} OUTPUT_VARIABLE changes ERROR_QUIET)
     if(changes)
       string(APPEND FINEGAUGE_COMMIT "-dirty")
     endif()

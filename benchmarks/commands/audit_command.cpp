@@ -84,7 +84,7 @@ void print_audit(const Audit& audit, const AuditOptions& options) {
   if (!audit.cheapest) return;
   const CheapestScene& cheapest = *audit.cheapest;
   if (cheapest.left_out.empty()) {
-    std::printf("\nnothing that is spare takes time: the scene is the cheapest within the tolerance\n");
+    std::printf("\nnothing that is spare takes time worth it: the scene is the cheapest within the tolerance\n");
     return;
   }
   std::string words;

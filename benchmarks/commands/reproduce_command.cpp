@@ -97,6 +97,7 @@ int reproduce(const std::vector<std::string>& names, const std::string& shard_te
     throw UsageError("reproduce: --json prints one document, so it takes one study");
   parse_overrides(options.set);
   for (const Study* study : studies) require_writable(directory_of(*study, options, studies.size() > 1));
+  for (const Study* study : studies) set_aside_other_result(options, study->name, "reproduce");
   use_threads(options.threads);
   int worst = exit_ok;
   if (static_cast<std::size_t>(shard.number) > studies.size())

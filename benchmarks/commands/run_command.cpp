@@ -148,6 +148,7 @@ int run_scene(const std::string& file, const CommonOptions& options) {
   const Scene scene = read_scene(file, options.set);
   const std::filesystem::path directory = options.directory(scene.name);
   require_writable(directory);
+  set_aside_other_result(options, scene.name, "run");
   use_threads(options.threads);
   Progress progress(options.quiet);
   const auto run = scene.dynamics ? run_moving_scene : run_static_scene;

@@ -115,7 +115,7 @@ StudyResult displacement_field_study(const StudyContext& context) {
   plot.y_label = "displacement along the needle [mm]";
   plot.log_x = plot.log_y = false;
   for (std::size_t i = 0; i < cases.size(); ++i) {
-    PlotSeries series{meshes[i], {}, {}, false};
+    PlotSeries series{meshes[i], {}, {}};
     for (std::size_t k = 0; k < profiles[i].drag.size(); ++k) {
       series.x.push_back(1e3 * profiles[i].height[k]);
       series.y.push_back(1e3 * profiles[i].drag[k]);

@@ -38,7 +38,7 @@ Plot loop_plot(const std::vector<NeedleCase*>& cases) {
   plot.y_label = "needle-tissue force along the axis [N]";
   plot.log_x = plot.log_y = false;
   for (const NeedleCase* one : cases) {
-    PlotSeries series{one->name, {}, {}, false};
+    PlotSeries series{one->name, {}, {}};
     for (std::size_t k = 0; k < one->curve.travel.size(); ++k) {
       series.x.push_back(1e3 * one->curve.travel[k]);
       series.y.push_back(one->curve.force[k]);
@@ -63,7 +63,7 @@ Plot envelope_plot(const std::vector<NeedleCase>& all, const NeedleCase& fine) {
     const double first = std::max(here.travel.front(), exact.travel.front());
     const double last = std::min(here.travel.back(), exact.travel.back());
     constexpr int samples = 200;
-    PlotSeries series{one.name, {}, {}, false};
+    PlotSeries series{one.name, {}, {}};
     for (int k = 0; k <= samples; ++k) {
       const double x = first + (last - first) * k / samples;
       series.x.push_back(1e3 * x);

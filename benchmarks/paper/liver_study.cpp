@@ -85,7 +85,7 @@ Plot course_plot(const std::vector<NeedleCase*>& cases, const std::string& file,
   plot.y_label = y_label;
   plot.log_x = plot.log_y = false;
   for (const NeedleCase* one : cases) {
-    PlotSeries series{one->name, {}, {}, false};
+    PlotSeries series{one->name, {}, {}};
     for (const MotionFrame& made : one->run.frames) {
       series.x.push_back(made.report.frame.time);
       series.y.push_back(value(made));

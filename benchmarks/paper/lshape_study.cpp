@@ -56,7 +56,7 @@ Plot convergence_plot(const LshapeSequences& study, const std::string& file, con
                       const std::string& label, const std::function<double(const LshapeStep&)>& error) {
   Plot plot{file, title, "degrees of freedom", label, true, true, {}};
   for (const auto& [scheme, steps] : study.sequences) {
-    PlotSeries series{to_string(scheme), {}, {}, true};
+    PlotSeries series{to_string(scheme), {}, {}, PlotLine::joined_with_slope};
     for (const LshapeStep& step : steps) {
       series.x.push_back(step.dofs);
       series.y.push_back(100.0 * error(step));

@@ -337,7 +337,7 @@ Plot cycle_plot(const std::string& file, const std::string& title, const std::st
 }
 
 PlotSeries over_cycles(const std::string& label, std::vector<double> values) {
-  PlotSeries series{label, {}, std::move(values), false};
+  PlotSeries series{label, {}, std::move(values)};
   for (std::size_t k = 0; k < series.y.size(); ++k) series.x.push_back(static_cast<double>(k + 1));
   return series;
 }

@@ -21,7 +21,7 @@ Plot phantom_force_plot(const PhantomComparison& comparison) {
   plot.y_label = "needle-tissue force along the axis [N]";
   plot.log_x = plot.log_y = false;
   for (const auto& [mesh, one] : comparison.cases) {
-    PlotSeries series{mesh, {}, {}, false};
+    PlotSeries series{mesh, {}, {}};
     for (std::size_t k = 0; k < one.curve.travel.size(); ++k) {
       series.x.push_back(1e3 * one.curve.travel[k]);
       series.y.push_back(one.curve.force[k]);
@@ -39,10 +39,8 @@ Plot phantom_dofs_plot(const std::vector<PhantomComparison>& comparisons) {
   plot.y_label = "degrees of freedom";
   plot.log_x = plot.log_y = false;
   for (const PhantomComparison& comparison : comparisons) {
-    PlotSeries series{short_number(comparison.setting.puncture) + " N, μ " + short_number(comparison.setting.friction),
-                      {},
-                      {},
-                      false};
+    PlotSeries series{
+        short_number(comparison.setting.puncture) + " N, μ " + short_number(comparison.setting.friction), {}, {}};
     for (const MotionFrame& frame : comparison.cases.at("adaptive").run.frames) {
       series.x.push_back(frame.report.frame.time);
       series.y.push_back(frame.report.frame.dofs);

@@ -110,7 +110,7 @@ StudyResult tjunctions_study(const StudyContext& context) {
   add_tjunctions_checks(findings, result.checks);
   result.table = {"Times are the processor's, medians of repetitions in which the handlings take turns, one thread.",
                   ""};
-  for (const std::string& line : comparison_table(tjunctions_table(findings, paper))) result.table.push_back(line);
+  add_comparison(tjunctions_table(findings, paper), result);
   result.plots = tjunctions_plots(findings, paper);
   return result;
 }

@@ -113,7 +113,7 @@ Plot share_plot(const TjunctionFindings& findings, const std::string& file, cons
                 const std::string& label, bool logarithmic, double (*value)(const TjunctionCaseResult&)) {
   Plot plot{file, title, "cells refined [%]", label, true, logarithmic, {}};
   for (const MarkingPattern pattern : marking_patterns) {
-    PlotSeries series{to_string(pattern), {}, {}, false};
+    PlotSeries series{to_string(pattern), {}, {}};
     for (const TjunctionCaseResult* result : findings.sweep("share", pattern)) {
       series.x.push_back(100.0 * result->refined_share);
       series.y.push_back(value(*result));
@@ -215,7 +215,7 @@ std::vector<Plot> tjunctions_plots(const TjunctionFindings& findings, const Pape
   plots.push_back(share_plot(findings, "tjunctions_hanging.svg", "Nodes that hang", "nodes that hang [%]", false,
                              [](const TjunctionCaseResult& r) { return 100.0 * r.counts.hanging_share(); }));
   plots.back().series.push_back(
-      {"paper", {100.0 * paper.value("refined_share")}, {100.0 * paper.value("hanging_share")}, false});
+      {"paper", {100.0 * paper.value("refined_share")}, {100.0 * paper.value("hanging_share")}});
   Plot size{"tjunctions_hanging_size.svg",
             "Nodes that hang, 10 % of the cells refined",
             "base cells per edge",
@@ -224,7 +224,7 @@ std::vector<Plot> tjunctions_plots(const TjunctionFindings& findings, const Pape
             false,
             {}};
   for (const MarkingPattern pattern : marking_patterns) {
-    PlotSeries series{to_string(pattern), {}, {}, false};
+    PlotSeries series{to_string(pattern), {}, {}};
     for (const TjunctionCaseResult* result : findings.sweep("mesh", pattern)) {
       series.x.push_back(result->asked.cube.cells_per_edge);
       series.y.push_back(100.0 * result->counts.hanging_share());
@@ -247,7 +247,7 @@ std::vector<Plot> tjunctions_plots(const TjunctionFindings& findings, const Pape
                 {}};
   for (const TjunctionHandling which :
        {TjunctionHandling::elementwise, TjunctionHandling::explicit_product, TjunctionHandling::multiplier}) {
-    PlotSeries series{to_string(which), {}, {}, false};
+    PlotSeries series{to_string(which), {}, {}};
     for (const TjunctionCaseResult* result : findings.sweep("share", MarkingPattern::needle)) {
       series.x.push_back(100.0 * result->refined_share);
       series.y.push_back(result->costs.at(which).total_ms());
@@ -256,15 +256,15 @@ std::vector<Plot> tjunctions_plots(const TjunctionFindings& findings, const Pape
   }
   plots.push_back(handling);
   Plot gain{"tjunctions_equal_error.svg",
-            "L-shape: time of the conforming mesh of equal error over that with hanging nodes",
+            "L-shape at equal error: the last mesh, and all meshes on the way summed",
             "degrees of freedom of the mesh with hanging nodes",
-            "ratio",
+            "time, conforming over hanging nodes",
             true,
             true,
             {}};
   for (const LshapeScheme scheme : {LshapeScheme::adaptive, LshapeScheme::directional})
     for (const bool way : {false, true}) {
-      PlotSeries series{to_string(scheme) + (way ? ", all meshes" : ""), {}, {}, false};
+      PlotSeries series{to_string(scheme) + (way ? ", summed" : ""), {}, {}};
       for (const EqualError& mesh : findings.equal_error) {
         if (mesh.scheme != scheme) continue;
         series.x.push_back(mesh.step.dofs);

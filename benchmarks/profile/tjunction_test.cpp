@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "benchmarks/profile/chain_lengths.hpp"
+#include "benchmarks/profile/marking_patterns.hpp"
 #include "benchmarks/profile/profile_tjunctions.hpp"
 #include "benchmarks/profile/sparse_factor.hpp"
 #include "benchmarks/profile/tjunction_ledger.hpp"

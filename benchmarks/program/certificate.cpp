@@ -79,9 +79,7 @@ std::string what_is_missing(const Scene& scene) {
   return "";
 }
 
-}  // namespace
-
-std::string why_uncertified(const Scene& scene) {
+std::string what_is_not_of_a_rung(const Scene& scene) {
   if (scene.estimator != Estimator::spr_edges) return "the plain estimator misses up to a third at notches and rims";
   if (scene.needle)
     return "a needle's forces act on lines and points, where the exact solution has no finite energy and so the "
@@ -94,8 +92,16 @@ std::string why_uncertified(const Scene& scene) {
   return missing.empty() ? "" : "the error is known where a problem " + missing;
 }
 
+}  // namespace
+
+std::string why_uncertified(const Scene& scene, double eta, bool converged) {
+  if (!converged) return "the solve did not converge";
+  if (const std::string why = what_is_not_of_a_rung(scene); !why.empty()) return why;
+  return eta > 0.0 ? "" : "nothing deforms, so there is no error to bound";
+}
+
 std::optional<CertifiedRange> certified_range(const Scene& scene, double eta, bool converged) {
-  if (!converged || !why_uncertified(scene).empty()) return {};
+  if (!why_uncertified(scene, eta, converged).empty()) return {};
   const std::optional<EffectivityRange> range = effectivity_range(kind_of(scene));
   if (!range) return {};
   return CertifiedRange{eta / (certificate_margin * range->high), eta * certificate_margin / range->low};
@@ -103,7 +109,7 @@ std::optional<CertifiedRange> certified_range(const Scene& scene, double eta, bo
 
 std::string certificate_text(const Scene& scene, double eta, bool converged) {
   const std::optional<CertifiedRange> range = certified_range(scene, eta, converged);
-  if (!range) return "not certified: " + (converged ? why_uncertified(scene) : "the solve did not converge");
+  if (!range) return "not certified: " + why_uncertified(scene, eta, converged);
   char text[64];
   std::snprintf(text, sizeof text, "between %.3g %% and %.3g %%", 100.0 * range->low, 100.0 * range->high);
   return std::string(text) + " of the solution's energy norm (rests on " + rungs_of(kind_of(scene)) +

@@ -17,10 +17,11 @@ namespace finegauge {
 struct CertifiedRange {
   double low, high;
 };
-/// None where no rung of the ladder is like the scene, or its solve did not converge; `why_uncertified` says which part
-/// of the scene it is.
+/// None where no rung of the ladder is like the scene, its solve did not converge, or nothing is estimated (eta = 0, as
+/// of a body at rest).
 std::optional<CertifiedRange> certified_range(const Scene& scene, double eta, bool converged);
-std::string why_uncertified(const Scene& scene);  ///< empty where a range is given
+/// Which of these it is, and which part of the scene; empty where a range is given.
+std::string why_uncertified(const Scene& scene, double eta, bool converged);
 
 /// "between 7.2 % and 8.7 % (...)", with the rungs that it rests on, or "not certified: ...".
 std::string certificate_text(const Scene& scene, double eta, bool converged);

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <system_error>
 
 #include "benchmarks/program/interrupt.hpp"
@@ -92,6 +93,31 @@ void require_writable(const std::filesystem::path& directory) {
   std::string probe = (existing / ".finegauge.XXXXXX").string();
   if (!::mkdtemp(probe.data())) refuse(existing.string() + ", which cannot be written: " + std::strerror(errno));
   ::rmdir(probe.c_str());
+}
+
+void set_aside_other_result(const CommonOptions& options, const std::string& name, const std::string& kind) {
+  if (!options.out.empty()) return;
+  const std::filesystem::path directory = options.directory(name);
+  std::ifstream file(directory / (name + ".json"));
+  std::string head(512, '\0');  // the kind stands in the first lines of a document
+  file.read(head.data(), static_cast<std::streamsize>(head.size()));
+  const std::string key = "\"kind\": \"";
+  const std::size_t start = head.find(key);
+  if (start == std::string::npos) return;
+  const std::size_t end = head.find('"', start + key.size());
+  const std::string other = head.substr(start + key.size(), end - start - key.size());
+  if (end == std::string::npos || other == kind) return;
+  std::filesystem::path kept = directory.string() + "_" + other;
+  for (int number = 2; std::filesystem::exists(kept); ++number)
+    kept = directory.string() + "_" + other + "_" + std::to_string(number);
+  std::error_code error;
+  std::filesystem::rename(directory, kept, error);
+  if (error)
+    throw UsageError(directory.string() + ": holds a result of finegauge " + other + ", which would be overwritten (" +
+                     error.message() + " when it was to be renamed); give another folder by --out");
+  if (!options.quiet)
+    std::fprintf(stderr, "%s held a result of finegauge %s, which is now in %s\n", directory.c_str(), other.c_str(),
+                 kept.c_str());
 }
 
 void use_threads(int count) {

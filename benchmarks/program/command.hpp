@@ -43,6 +43,11 @@ std::map<std::string, std::string> parse_overrides(const std::vector<std::string
 /// anything is computed. Leaves nothing behind.
 void require_writable(const std::filesystem::path& directory);
 
+/// Scenes and studies may have one name, and so results/NAME. Where it holds NAME.json of another command than `kind`,
+/// that folder becomes results/NAME_KIND with the other's kind, or the first of NAME_KIND_2, ... that is not there, and
+/// standard error says so. Nothing happens to a folder that the user named by --out.
+void set_aside_other_result(const CommonOptions& options, const std::string& name, const std::string& kind);
+
 /// So many for the loops of the core. BLAS, and what else uses OpenMP, get one, where the program is linked to such
 /// versions of them: their sums depend on how many threads share them, and results shall not.
 void use_threads(int count);

@@ -180,9 +180,7 @@ Json to_json(const MotionFrame& frame, const Scene& scene) {
   put(row, "eta_local_max", f.eta_local_max, no_estimate);
   const std::optional<CertifiedRange> certified =
       f.eta ? certified_range(scene, *f.eta, f.converged) : std::optional<CertifiedRange>();
-  const std::string uncertified = !f.eta        ? no_estimate
-                                  : f.converged ? why_uncertified(scene)
-                                                : "a solve of the frame did not converge";
+  const std::string uncertified = f.eta ? why_uncertified(scene, *f.eta, f.converged) : no_estimate;
   put(row, "error_low", certified.has_value(), certified ? certified->low : 0.0, uncertified.c_str());
   put(row, "error_high", certified.has_value(), certified ? certified->high : 0.0, uncertified.c_str());
   row["equilibrium_error"] = f.equilibrium_error;

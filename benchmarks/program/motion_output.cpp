@@ -31,6 +31,7 @@ const std::vector<MaterialPoint>& MotionFiles::surface_points(const BaseMesh& ba
 
 void MotionFiles::add_frame(const MotionView& view, bool last) {
   const FrameReport& report = view.frame.report.frame;
+  largest_elastic_energy_ = std::max(largest_elastic_energy_, report.energy.elastic);
   const bool vtu = vtu_every_ > 0 && (last || report.frame % vtu_every_ == 0);
   const auto moments = sections_ ? sections_->moments_of(view, last) : std::vector<SectionMoment>{};
   if (!vtu && !last && moments.empty()) return;
@@ -78,9 +79,13 @@ void MotionFiles::draw_mesh(const MotionView& view, const ErrorEstimate& estimat
   const Mesh& mesh = view.tissue.mesh.d.mesh;
   Eigen::VectorXd stress(mesh.node_count());
   for (int i = 0; i < mesh.node_count(); ++i) stress[i] = von_mises(estimate.nodal_stress.col(i));
+  const FrameReport& report = view.frame.report.frame;
+  const bool at_rest = report.energy.elastic <= energy_at_rest * largest_elastic_energy_;
+  if (at_rest) stress.setZero();
   MeshPictureOptions options;
-  char time[40];
-  std::snprintf(time, sizeof time, ", t = %.4g%s", view.frame.report.frame.time, scene_.dimensionless ? "" : " s");
+  char time[60];
+  std::snprintf(time, sizeof time, ", t = %.4g%s%s", report.time, scene_.dimensionless ? "" : " s",
+                at_rest ? ", at rest" : "");
   options.title = scene_.name + time;
   options.quantity = "von Mises stress";
   options.unit = scene_.dimensionless ? "" : "Pa";

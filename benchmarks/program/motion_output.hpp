@@ -14,7 +14,8 @@ namespace finegauge {
 
 /// Writes what a user can look at while the frames go on: a VTU of the body every so many frames (with the needle as a
 /// curve beside it, and an immersed body's surface as triangles), pictures of a body with a needle cut open
-/// (needle_sections.hpp), and a picture of the last mesh.
+/// (needle_sections.hpp), and a picture of the last mesh; in one colour where the body is at rest again
+/// (energy_at_rest), as the stress that is left there is round-off.
 class MotionFiles {
  public:
   MotionFiles(std::filesystem::path directory, const Scene& scene, int vtu_every);
@@ -29,6 +30,7 @@ class MotionFiles {
   const Scene& scene_;
   int vtu_every_;
   std::optional<NeedleSections> sections_;     ///< none without a needle
+  double largest_elastic_energy_ = 0.0;        ///< of the frames so far [J]
   std::vector<MaterialPoint> surface_points_;  ///< at the vertices of an immersed body's surface, once they are needed
   std::vector<std::pair<double, std::string>> series_, needle_series_, surface_series_;
 };

@@ -144,9 +144,9 @@ std::vector<Point> sample_curves(const Plot& plot, const Axis& x, const Axis& y)
   std::vector<Point> outline;
   for (const PlotSeries& series : plot.series) {
     const std::vector<Point> points = drawable_points(series, plot.log_x, plot.log_y);
-    if (series.points_only)
+    if (series.line == PlotLine::none)
       for (const Point& p : points) outline.push_back({x.share(p.x), y.share(p.y)});
-    for (std::size_t i = 1; i < points.size() && !series.points_only; ++i) {
+    for (std::size_t i = 1; i < points.size() && series.line != PlotLine::none; ++i) {
       const Point a{x.share(points[i - 1].x), y.share(points[i - 1].y)}, b{x.share(points[i].x), y.share(points[i].y)};
       const int steps = 1 + static_cast<int>(std::hypot(b.x - a.x, b.y - a.y) / 0.02);
       for (int k = 0; k <= steps; ++k)
@@ -186,20 +186,20 @@ std::string gnuplot_script(const Plot& plot, const std::filesystem::path& svg) {
       data += number(p.x, "%.17g") + " " + number(p.y, "%.17g") + "\n";
     }
     data += "END\n";
-    if (!series.points_only) labels.push_back({i, points.back().x, points.back().y, 0.0, 0.0});
+    if (series.line != PlotLine::none) labels.push_back({i, points.back().x, points.back().y, 0.0, 0.0});
     std::string title = series.label;
-    if (plot.log_x && plot.log_y && series.with_slope && !series.points_only && points.size() > 1)
+    if (plot.log_x && plot.log_y && series.line == PlotLine::joined_with_slope && points.size() > 1)
       title += ", slope " + number(std::abs(logarithmic_slope(series)), "%.2f");
     const std::string color = palette[i % palette.size()];
     const bool marked = points.size() <= 60;  // a curve of many points is a line; marks would hide it
     const std::string mark = "points pt " + std::to_string(point_types[i % point_types.size()]) + " ps 0.7";
     curves += (curves.empty() ? "plot " : ", \\\n     ") + block + " using 1:2 with " +
-              (series.points_only ? mark
-               : series.in_steps  ? "steps"
-               : marked           ? "lines" + mark
-                                  : "lines") +
+              (series.line == PlotLine::none    ? mark
+               : series.line == PlotLine::steps ? "steps"
+               : marked                         ? "lines" + mark
+                                                : "lines") +
               " lw 2.2 lc rgb \"" + color + "\" title " + gnuplot_string(title);
-    if (series.in_steps && marked)
+    if (series.line == PlotLine::steps && marked)
       curves += ", \\\n     " + block + " using 1:2 with " + mark + " lw 2.2 lc rgb \"" + color + "\" notitle";
   }
   x.widen(0.04, 0.2), y.widen(0.06, 0.1);

@@ -6,13 +6,18 @@
 
 namespace finegauge {
 
+enum class PlotLine {
+  joined,             ///< a line through the points
+  joined_with_slope,  ///< the same; on double logarithmic plots the legend adds the least squares slope, unsigned
+  steps,              ///< keeps a point's value up to the next point
+  none                ///< marks alone: a cloud, which has no end to label
+};
+
 /// One curve. Points that are not finite, or not positive on a logarithmic axis, are left out.
 struct PlotSeries {
   std::string label;  ///< short: it stands in the legend and at the curve's end
   std::vector<double> x, y;
-  bool points_only = false;  ///< marks without a line: a cloud, which has no end to label and no slope
-  bool with_slope = true;    ///< on double logarithmic plots the legend adds the least squares slope without its sign
-  bool in_steps = false;     ///< the line keeps a point's value up to the next point
+  PlotLine line = PlotLine::joined;
 };
 
 /// A line plot; with both axes logarithmic, a convergence plot.

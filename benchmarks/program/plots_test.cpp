@@ -12,7 +12,7 @@ namespace {
 Plot decay(double low, double high) {
   Plot plot;
   plot.file = "decay.svg";
-  plot.series = {{"curve", {100.0, 10000.0}, {high, low}}};
+  plot.series = {{"curve", {100.0, 10000.0}, {high, low}, PlotLine::joined_with_slope}};
   return plot;
 }
 
@@ -34,7 +34,7 @@ TEST_CASE("the legend gives the slope without its sign", "[plots]") {
 TEST_CASE("a front goes in steps, with marks at its points alone", "[plots]") {
   Plot plot = decay(0.1, 10.0);
   REQUIRE_THAT(gnuplot_script(plot, "decay.svg"), ContainsSubstring("with linespoints"));
-  plot.series[0].in_steps = true;
+  plot.series[0].line = PlotLine::steps;
   const std::string script = gnuplot_script(plot, "decay.svg");
   CHECK_THAT(script, ContainsSubstring("$curve0 using 1:2 with steps"));
   CHECK_THAT(script, ContainsSubstring("$curve0 using 1:2 with points"));

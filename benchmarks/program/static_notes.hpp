@@ -26,7 +26,8 @@ ThroughCells through_cells(const Mesh& mesh, const Eigen::Matrix3Xd& u);
 std::vector<std::string> cell_notes(const Scene& scene, const Mesh& mesh, const Eigen::Matrix3Xd& u);
 
 /// What a user should hear about a result that is right as a solution and yet may not be what was meant: linear
-/// kinematics where cells turn by more than 10 degrees; a scene in which nothing loads or moves the body; cell_notes.
+/// kinematics where cells turn by more than 10 degrees; a scene in which nothing loads or moves the body, or only
+/// where it is held; cell_notes.
 std::vector<std::string> static_notes(const Scene& scene, const Discretization& d, const Eigen::Matrix3Xd& u);
 
 }  // namespace finegauge

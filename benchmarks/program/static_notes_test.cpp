@@ -66,6 +66,11 @@ TEST_CASE("a scene in which nothing acts is noted, one with any load, force or d
     return says(static_notes(scene, d, Eigen::Matrix3Xd::Zero(3, d.mesh.node_count())), words);
   };
   CHECK_FALSE(noted());
+  const Discretization loaded = discretization_of(scene);
+  Eigen::Matrix3Xd u = Eigen::Matrix3Xd::Zero(3, loaded.mesh.node_count());
+  CHECK(says(static_notes(scene, loaded, u), "does not move"));
+  u(0, 0) = 1e-300;
+  CHECK_FALSE(says(static_notes(scene, loaded, u), "does not move"));
   scene.loads[0].value.setZero();
   CHECK(noted());
   scene.loads.clear();

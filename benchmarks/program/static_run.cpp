@@ -138,7 +138,7 @@ StaticRun run_static(const Scene& scene, const StaticObserver& observer) {
     step.hanging_nodes = d.hanging.hanging_count(), step.dofs = d.dof_count();
     step.eta = estimate.relative;
     step.certified = certified_range(scene, step.eta, equilibrium.converged);
-    step.uncertified = equilibrium.converged ? why_uncertified(scene) : "the solve did not converge";
+    step.uncertified = why_uncertified(scene, step.eta, equilibrium.converged);
     step.eta_local_max = estimate.energy_norm > 0.0 ? estimate.eta.maxCoeff() / estimate.energy_norm : 0.0;
     step.tolerance_met = scene.adapt && scene.adapt->tolerance > 0.0 && estimate.relative <= scene.adapt->tolerance;
     step.converged = equilibrium.converged, step.residual = equilibrium.relative_residual;

@@ -50,14 +50,15 @@ std::string axes_svg(const Chart& chart, const ChartAxis& x, const ChartAxis& y)
   return svg + text_at(4.0, 16.0, "name", chart.y_label) + "\n";
 }
 
-/// Runs of points that can be drawn, in pixels.
-std::vector<std::vector<PlotPoint>> pieces(const std::vector<double>& xs, const std::vector<double>& ys,
-                                           const ChartAxis& x, const ChartAxis& y) {
+/// Runs of points that can be drawn, in pixels; with the corners of their steps.
+std::vector<std::vector<PlotPoint>> pieces(const ChartSeries& series, const ChartAxis& x, const ChartAxis& y) {
+  const std::vector<double>&xs = series.x, &ys = series.y;
   std::vector<std::vector<PlotPoint>> found(1);
   for (std::size_t i = 0; i < std::min(xs.size(), ys.size()); ++i) {
-    if (x.takes(xs[i]) && y.takes(ys[i]))
+    if (x.takes(xs[i]) && y.takes(ys[i])) {
+      if (series.steps && !found.back().empty()) found.back().push_back({x.pixel(xs[i]), found.back().back().y});
       found.back().push_back({x.pixel(xs[i]), y.pixel(ys[i])});
-    else if (!found.back().empty())
+    } else if (!found.back().empty())
       found.emplace_back();
   }
   if (found.back().empty()) found.pop_back();
@@ -74,7 +75,7 @@ std::string series_svg(const ChartSeries& series, int color, const ChartAxis& x,
   const std::string label = html_escaped(series.label);
   std::string svg = "<g class=\"" + color_class(color) + "\" data-label=\"" + label + "\">";
   if (series.line)
-    for (const std::vector<PlotPoint>& piece : pieces(series.x, series.y, x, y))
+    for (const std::vector<PlotPoint>& piece : pieces(series, x, y))
       svg += "<polyline class=\"line\" points=\"" + points_text(reduced_curve(piece, width, most_points)) +
              "\"><title>" + label + "</title></polyline>\n";
   if (series.points)

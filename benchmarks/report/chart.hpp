@@ -14,6 +14,7 @@ struct ChartSeries {
   bool line = true, points = false;
   int color = -1;                       ///< of 7; -1: that of its place among the series
   std::vector<std::string> hover = {};  ///< of each point instead of its coordinates
+  bool steps = false;                   ///< the line keeps a point's value up to the next point
 };
 /// The area between two curves over x.
 struct ChartBand {

@@ -12,7 +12,6 @@ namespace {
 std::string stages(PageState& page, const ReportDocument& document) {
   std::vector<std::string> names;
   BarPanel median{"p50 [ms]", {}}, tail{"p99 [ms]", {}}, share{"share of the frame [%]", {}};
-  HtmlTable table{{{"stage", "", false}, {"p50", "ms"}, {"p99", "ms"}, {"share", "%"}}, {}};
   for (const Json& row : document.rows()) {
     const std::string stage = text_at(row, "stage");
     if (stage.empty()) continue;

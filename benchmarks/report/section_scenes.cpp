@@ -53,11 +53,17 @@ Chart force_chart(const std::string& name, const std::vector<Case>& cases) {
   // Sticking and slipping alternate too often to be told apart in a picture; the table counts them.
   ChartSeries events{
       .label = "touch, puncture, cut, retract, exit", .x = {}, .y = {}, .line = false, .points = true, .color = 1};
+  // On the curve, in the frame before: the event's own force is the tip's, and is gone at the end of its frame.
+  const std::vector<double>&time = cases[0].frames.column("time"), &tip = cases[0].frames.column("tip_displacement"),
+        &force = cases[0].frames.column("force");
   for (const FrameEvent& event : cases[0].frames.events) {
-    if (event.kind == "stick" || event.kind == "slip") continue;
-    events.x.push_back(1e3 * event.tip), events.y.push_back(event.force);
+    if (event.kind == "stick" || event.kind == "slip" || !(event.time > 0.0)) continue;
+    const auto frame = std::ranges::lower_bound(time, event.time) - time.begin();
+    const auto before = static_cast<std::size_t>(std::max<std::ptrdiff_t>(0, frame - 1));
+    if (before >= std::min(tip.size(), force.size())) continue;
+    events.x.push_back(1e3 * tip[before]), events.y.push_back(force[before]);
     events.hover.push_back(event.kind + " at " + number_text(event.time) + " s, travel " +
-                           number_text(1e3 * event.tip) + " mm: " + number_text(event.force) + " N");
+                           number_text(1e3 * event.tip) + " mm, by " + number_text(event.force) + " N at the tip");
   }
   if (!events.x.empty()) chart.series.push_back(std::move(events));
   return chart;

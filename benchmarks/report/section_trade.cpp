@@ -58,6 +58,12 @@ std::string setting_text(const Json& row) {
 
 bool on_front(const Json& row) { return row.value("on_front", Json(false)) == true; }
 
+/// That of one quantity, where the row says of which it is on.
+bool on_front(const Json& row, const std::string& quantity) {
+  const Json* fronts = find_value(row, "fronts");
+  return fronts && fronts->is_array() ? std::ranges::find(*fronts, Json(quantity)) != fronts->end() : on_front(row);
+}
+
 Chart front_chart(const ReportDocument& document, const std::string& quantity, const char* percentile) {
   const std::string what = quantity.empty() ? "error" : "error of " + quantity;
   Chart chart{.title = document.name + ": " + what + " over frame time",
@@ -67,7 +73,7 @@ Chart front_chart(const ReportDocument& document, const std::string& quantity, c
               .log_y = true,
               .nearest_point = true};
   ChartSeries dominated{.label = "dominated", .x = {}, .y = {}, .line = false, .points = true, .color = 7 - 1};
-  ChartSeries front{.label = "on the front", .x = {}, .y = {}, .points = true, .color = 0};
+  ChartSeries front{.label = "on the front", .x = {}, .y = {}, .points = true, .color = 0, .steps = true};
   std::vector<const Json*> rows;
   for (const Json& row : document.rows()) rows.push_back(&row);
   const std::string time = std::string("frame_ms.") + percentile;
@@ -76,12 +82,12 @@ Chart front_chart(const ReportDocument& document, const std::string& quantity, c
     return std::isnan(right) ? !std::isnan(left) : left < right;
   });
   for (const Json* row : rows) {
-    ChartSeries& series = on_front(*row) ? front : dominated;
+    ChartSeries& series = on_front(*row, quantity) ? front : dominated;
     const double error = 100.0 * part_at(*row, "error", quantity), milliseconds = number_at(*row, time);
     series.x.push_back(milliseconds), series.y.push_back(error);
     series.hover.push_back(number_text(error) + " % in " + number_text(milliseconds) + " ms: " + setting_text(*row));
   }
-  // The front is one of several quantities and a line would pretend an order, where it is not falling in this one.
+  // A front that is another quantity's does not fall in this one: a line would pretend an order.
   for (std::size_t i = 1; i < front.y.size(); ++i) front.line = front.line && front.y[i] <= front.y[i - 1];
   chart.series = {std::move(dominated), std::move(front)};
   return chart;
@@ -134,8 +140,9 @@ std::string trade_section(PageState& page) {
     for (const std::string& quantity : quantities)
       if (std::string figure = chart_figure(page, front_chart(document, quantity, "p99"),
                                             "Each point is a setting: its error against the scene’s reference run over "
-                                            "the time of a frame. Nothing lies "
-                                            "left of and below a point on the front in all quantities at once.",
+                                            "the time of a frame (of the whole run, "
+                                            "where nothing moves). No setting that was tried is left of and below "
+                                            "one on the front.",
                                             command_of(document));
           !figure.empty())
         figures.push_back(std::move(figure));

@@ -43,6 +43,11 @@ std::string file_name(std::string text) {
   return text;
 }
 
+/// A scene at rest, whose run is one frame.
+bool of_one_frame(const TradeSweep& sweep) {
+  return std::ranges::all_of(sweep.jobs, [](const TradeJob& job) { return job.run.frames <= 1; });
+}
+
 }  // namespace
 
 std::vector<std::string> measured_quantities(const TradeSweep& sweep) {
@@ -195,11 +200,14 @@ std::vector<Plot> trade_plots(const TradeSweep& sweep, const std::string& name) 
   for (const std::string& quantity : measured_quantities(sweep)) {
     Plot plot;
     plot.file = file_name(std::string(name).append("_trade_").append(quantity)) + ".svg";
-    plot.title = std::string(name).append(": error of ").append(quantity).append(" against the time of a frame");
-    plot.x_label = "frame time, 99 of 100 frames are faster [processor ms]";
+    const std::string timed = of_one_frame(sweep) ? "the whole run" : "a frame";
+    plot.title = std::string(name).append(": error of ").append(quantity).append(" against the time of ").append(timed);
+    plot.x_label = of_one_frame(sweep) ? "time of the whole run [processor ms]"
+                                       : "frame time, 99 of 100 frames are faster [processor ms]";
     plot.y_label = "relative error against the reference";
-    PlotSeries all{"settings tried", {}, {}, true, false}, front{"front", {}, {}, false, false},
-        own{"as the scene has it", {}, {}, true, false};
+    PlotSeries all{"settings tried", {}, {}, PlotLine::none};
+    PlotSeries front{"front", {}, {}, PlotLine::steps};  // between two settings there is none
+    PlotSeries own{"as the scene has it", {}, {}, PlotLine::none};
     const std::vector<std::size_t> on_front = timed_front(sweep.jobs, quantity);
     for (const TradeJob& job : sweep.jobs) {
       const double error = error_of(job, quantity);
@@ -207,14 +215,13 @@ std::vector<Plot> trade_plots(const TradeSweep& sweep, const std::string& name) 
       PlotSeries& series = job.number == 0 ? own : all;
       series.x.push_back(frame_timing(all_passes(job)).p99), series.y.push_back(error);
     }
-    front.in_steps = true;  // between two settings there is none
     for (const std::size_t i : on_front) {
       front.x.push_back(frame_timing(all_passes(sweep.jobs[i])).p99);
       front.y.push_back(error_of(sweep.jobs[i], quantity));
     }
     plot.series = {all, front, own};
     if (const auto off = reference_error(sweep, quantity); off && !front.x.empty())
-      plot.series.push_back({"the reference's own", {front.x.front(), front.x.back()}, {*off, *off}, false, false});
+      plot.series.push_back({"error of the reference", {front.x.front(), front.x.back()}, {*off, *off}});
     plots.push_back(std::move(plot));
   }
   return plots;
@@ -227,6 +234,7 @@ std::vector<std::string> trade_table(const TradeSweep& sweep, const std::string&
   std::vector<std::string> lines;
   lines.push_back(std::to_string(tried) + " settings tried, " + std::to_string(failed) +
                   " of them refused, not converged or too slow; errors against a finer run");
+  if (of_one_frame(sweep)) lines.emplace_back("  a scene at rest: its whole run is its frame");
   for (const std::string& name : names)
     if (const auto off = sweep.reference_errors.find(name); off != sweep.reference_errors.end())
       lines.push_back("  " + name + ": the reference is " +

@@ -4,6 +4,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "core/mesh/point_location.hpp"
 #include "core/scene/attachment_reader.hpp"
 #include "core/scene/attachments.hpp"
 #include "core/scene/dynamics_reader.hpp"
@@ -183,6 +184,8 @@ void read_quantity(const SectionReader& reader, const BaseMesh& mesh, Scene& sce
                       "found " + std::to_string(quantity.point[axis]) + ", allowed in [" + std::to_string(low[axis]) +
                           ", " + std::to_string(high[axis]) + "] (the bounding box of the body)",
                       axis);
+    if (!locate_at_rest(mesh, quantity.point))
+      reader.refuse("point", "found a point where there is no cell, allowed are points of the body");
   }
   scene.quantities.push_back(std::move(quantity));
 }
