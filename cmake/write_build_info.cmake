@@ -9,8 +9,9 @@ if(GIT)
     OUTPUT_VARIABLE commit OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET RESULT_VARIABLE failed)
   if(NOT failed)
     set(FINEGAUGE_COMMIT "${commit}")
-    # Of what a build is made; a user's own scenes and results are not.
+    # Of what a build is made and reads; scenes, the user's own too, are told by their SHA-256 in each result.
     execute_process(COMMAND ${GIT} status --porcelain -- CMakeLists.txt CMakePresets.json cmake core verification benchmarks
+        reference_data ":(exclude)reference_data/scenes/*.toml"
       WORKING_DIRECTORY ${SOURCE_DIR} OUTPUT_VARIABLE changes ERROR_QUIET)
     if(changes)
       string(APPEND FINEGAUGE_COMMIT "-dirty")

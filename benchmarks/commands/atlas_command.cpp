@@ -84,7 +84,7 @@ int atlas(const AtlasCommand& asked) {
   if (!parse_overrides(options.set).empty()) throw UsageError("atlas: --set: the atlas has no keys");
   const Shard shard = parse_shard(asked.shard);
   const std::vector<const AtlasAxis*> axes = chosen_axes(asked.names);
-  const std::filesystem::path directory = options.directory("atlas");
+  const std::filesystem::path directory = result_directory(options, "atlas", "atlas");
   require_writable(directory);
   use_threads(options.threads);
   Progress progress(options.quiet);

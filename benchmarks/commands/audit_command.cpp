@@ -167,8 +167,8 @@ void add_audit_command(CLI::App& program, int& exit_code) {
   command->footer(
       "The scene and the changed one run side by side, a frame of each in turn. A change is judged by the quantities\n"
       "of the scene, or by the energy norm where it has none; the energy norm is told in any case. Ingredients that\n"
-      "are spare and take time are then left out together, and the scene that is left is run to see that it stays\n"
-      "within the tolerance. Writes NAME.json and NAME.csv.\n"
+      "are spare and take over a hundredth of the time, and more than noise does, are then left out together, and the\n"
+      "scene that is left is run to see that it stays within the tolerance. Writes NAME.json and NAME.csv.\n"
       "\n"
       "Examples:\n"
       "  finegauge audit reference_data/scenes/phantom.toml --tolerance 0.05\n"

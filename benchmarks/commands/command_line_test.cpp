@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "benchmarks/program/command.hpp"
 #include "verification/support/catch.hpp"
 
 namespace fs = std::filesystem;
@@ -355,31 +356,35 @@ TEST_CASE("a run writes its files, the same numbers in each, and the same state 
   CHECK(nlohmann::json::parse(second.out)["summary"]["state_sha256"] == written["summary"]["state_sha256"]);
 }
 
-TEST_CASE("a result of another command under the same name is kept in a folder beside it", "[command-line]") {
+TEST_CASE("a result of another command under the same name stays, and the new one goes beside it", "[command-line]") {
   const CommandLine shell;
-  shell.write("lshape.toml", std::string(block).replace(std::string(block).find("block"), 5, "lshape"));
-  REQUIRE(shell.run("run lshape.toml --quiet").exit_code == 0);
-  const auto result = [&](const char* folder) {
-    return CommandLine::content(shell.work() / "results" / folder / "lshape.json");
-  };
-  const std::string of_run = result("lshape");
-  REQUIRE_FALSE(of_run.empty());
-  // As the study of that name would have left it, and once more.
-  for (const char* folder : {"lshape_reproduce", "lshape_reproduce_2"}) {
-    std::ofstream(shell.work() / "results/lshape/lshape.json") << "{\n  \"kind\": \"reproduce\"\n}\n";
-    const Outcome run = shell.run("run lshape.toml --quick");
-    CAPTURE(run.err, folder);
-    CHECK(run.exit_code == 0);
-    CHECK_THAT(run.err, ContainsSubstring("which is now in results/" + std::string(folder)));
-    CHECK_THAT(result(folder), ContainsSubstring("reproduce"));
-    CHECK_THAT(result("lshape"), ContainsSubstring("\"kind\": \"run\""));
-  }
-  // Its own result is replaced, and a folder that the user names is the user's.
-  REQUIRE(shell.run("run lshape.toml --quiet").exit_code == 0);
-  CHECK_FALSE(fs::exists(shell.work() / "results/lshape_run"));
-  std::ofstream(shell.work() / "results/lshape/lshape.json") << "{\n  \"kind\": \"reproduce\"\n}\n";
-  REQUIRE(shell.run("run lshape.toml --quiet -o results/lshape").exit_code == 0);
-  CHECK_FALSE(fs::exists(shell.work() / "results/lshape_reproduce_3"));
+  shell.write("block.toml", block);
+  const fs::path usual = shell.work() / "results/block/block.json",
+                 beside = shell.work() / "results/block_run/block.json";
+  REQUIRE(shell.run("run block.toml --quiet").exit_code == 0);
+  REQUIRE(shell.run("run block.toml --quiet").exit_code == 0);  // its own is replaced
+  CHECK_FALSE(fs::exists(beside));
+  CHECK_THAT(CommandLine::content(usual), ContainsSubstring("\"kind\": \"run\""));
+
+  const std::string of_study = "{\n  \"schema\": \"finegauge/1\",\n  \"kind\": \"reproduce\"\n}\n";
+  std::ofstream(usual) << of_study;
+  const Outcome run = shell.run("run block.toml");
+  CHECK(run.exit_code == 0);
+  CHECK_THAT(run.err, ContainsSubstring("results: results/block_run/block.json"));
+  CHECK(CommandLine::content(usual) == of_study);
+  CHECK_THAT(CommandLine::content(beside), ContainsSubstring("\"kind\": \"run\""));
+
+  // The same for a study, told apart by its kind, and not for a folder that the user names.
+  finegauge::CommonOptions options;
+  const fs::path here = fs::current_path();
+  fs::current_path(shell.work());
+  using finegauge::result_directory;
+  CHECK(result_directory(options, "block", "reproduce") == "results/block");
+  CHECK(result_directory(options, "block", "run") == "results/block_run");
+  CHECK(result_directory(options, "none", "run") == "results/none");
+  options.out = "results/block";
+  CHECK(result_directory(options, "block", "run") == "results/block");
+  fs::current_path(here);
 }
 
 TEST_CASE("an output directory that cannot be written is refused before anything is computed", "[command-line]") {

@@ -200,7 +200,7 @@ int gate(const GateArguments& asked) {
   gate_options.base = base_program(asked.base);
   gate_options.quick = options.quick;
   gate_options.seed = asked.seed ? *asked.seed : std::random_device{}();
-  const std::filesystem::path directory = options.directory("gate");
+  const std::filesystem::path directory = result_directory(options, "gate", "gate");
   require_writable(directory);
   use_threads(options.threads);
   Progress progress(options.quiet);

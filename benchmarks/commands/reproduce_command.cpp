@@ -45,7 +45,7 @@ std::vector<const Study*> chosen_studies(const std::vector<std::string>& names) 
 /// With several studies --out is the directory of them all.
 std::filesystem::path directory_of(const Study& study, const CommonOptions& options, bool several) {
   return several && !options.out.empty() ? std::filesystem::path(options.out) / study.name
-                                         : options.directory(study.name);
+                                         : result_directory(options, study.name, "reproduce");
 }
 
 int run_study(const Study& study, const CommonOptions& options, bool several) {
@@ -97,7 +97,6 @@ int reproduce(const std::vector<std::string>& names, const std::string& shard_te
     throw UsageError("reproduce: --json prints one document, so it takes one study");
   parse_overrides(options.set);
   for (const Study* study : studies) require_writable(directory_of(*study, options, studies.size() > 1));
-  for (const Study* study : studies) set_aside_other_result(options, study->name, "reproduce");
   use_threads(options.threads);
   int worst = exit_ok;
   if (static_cast<std::size_t>(shard.number) > studies.size())

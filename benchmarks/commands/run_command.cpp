@@ -146,9 +146,8 @@ int run_moving_scene(const Scene& scene, const CommonOptions& options, const std
 int run_scene(const std::string& file, const CommonOptions& options) {
   (void)parse_overrides(options.set);  // its messages say more of a --set without a key than the scene's can
   const Scene scene = read_scene(file, options.set);
-  const std::filesystem::path directory = options.directory(scene.name);
+  const std::filesystem::path directory = result_directory(options, scene.name, "run");
   require_writable(directory);
-  set_aside_other_result(options, scene.name, "run");
   use_threads(options.threads);
   Progress progress(options.quiet);
   const auto run = scene.dynamics ? run_moving_scene : run_static_scene;

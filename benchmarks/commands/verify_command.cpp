@@ -90,7 +90,7 @@ int verify(const std::vector<std::string>& names, const CommonOptions& options) 
   const std::vector<const EvidenceStudy*> studies = chosen_studies(names);
   if (!options.set.empty()) throw UsageError("verify: --set has nothing to set; the studies bring their own problems");
   if (options.quick) throw UsageError("verify: there is no --quick; name the studies that you want (finegauge list)");
-  const std::filesystem::path directory = options.directory("verify");
+  const std::filesystem::path directory = result_directory(options, "verify", "verify");
   require_writable(directory);
   use_threads(options.threads);
   Progress progress(options.quiet);

@@ -72,8 +72,8 @@ MeasuredRun measure_run(const Scene& scene, const MeasureOptions& options);
 /// √(difference / size) of squares of norms; 0 of two bodies at rest, NaN of one that is off from one at rest.
 double relative_distance(double difference, double size);
 
-/// Throws SceneError for a scene that cannot start, which reading it does not show: a quantity's point is not in the
-/// body, a needle starts in it, nothing holds it. Takes as long as a static scene's first solve.
+/// Throws SceneError for a scene that cannot start, which reading it does not show: a needle starts in the body,
+/// nothing holds it. Takes as long as a static scene's first solve.
 void require_start(const Scene& scene);
 
 /// Runs the scene and records it, with its strains at the ends of the frames nearest to `times`; a static scene has one

@@ -97,7 +97,7 @@ std::string what_is_not_of_a_rung(const Scene& scene) {
 std::string why_uncertified(const Scene& scene, double eta, bool converged) {
   if (!converged) return "the solve did not converge";
   if (const std::string why = what_is_not_of_a_rung(scene); !why.empty()) return why;
-  return eta > 0.0 ? "" : "nothing deforms, so there is no error to bound";
+  return eta > 0.0 ? "" : "the estimate is zero, and a range is a multiple of it";
 }
 
 std::optional<CertifiedRange> certified_range(const Scene& scene, double eta, bool converged) {

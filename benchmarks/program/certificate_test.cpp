@@ -135,7 +135,7 @@ TEST_CASE("a scene unlike the rungs has no range, and a reason", "[certificate]"
   CHECK_FALSE(certified_range(scene, 0.1, false));
   CHECK(certificate_text(scene, 0.1, false) == "not certified: the solve did not converge");
   // A load on held nodes: 0 % of nothing is no certificate.
-  CHECK(certificate_text(scene, 0.0, true) == "not certified: nothing deforms, so there is no error to bound");
+  CHECK(certificate_text(scene, 0.0, true) == "not certified: the estimate is zero, and a range is a multiple of it");
   CHECK_FALSE(certified_range(scene, 0.0, true));
   scene.estimator = Estimator::spr;
   check_refused(scene, "the plain estimator");

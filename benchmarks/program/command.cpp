@@ -38,7 +38,9 @@ std::string describe_failure(const Json& failed) {
 }  // namespace
 
 void add_common_options(CLI::App& command, CommonOptions& options, const std::string& set_help) {
-  command.add_option("-o,--out", options.out, "Directory of the result files (default: results/NAME)");
+  command.add_option("-o,--out", options.out,
+                     "Directory of the result files (default: results/NAME, or results/NAME_COMMAND where another "
+                     "command's stand there)");
   command.add_option("--set", options.set, set_help)->allow_extra_args(false)->type_name("KEY=VALUE");
   command
       .add_option(
@@ -95,29 +97,15 @@ void require_writable(const std::filesystem::path& directory) {
   ::rmdir(probe.c_str());
 }
 
-void set_aside_other_result(const CommonOptions& options, const std::string& name, const std::string& kind) {
-  if (!options.out.empty()) return;
-  const std::filesystem::path directory = options.directory(name);
-  std::ifstream file(directory / (name + ".json"));
+std::filesystem::path result_directory(const CommonOptions& options, const std::string& name, const std::string& kind) {
+  const std::filesystem::path usual = options.directory(name);
+  if (!options.out.empty()) return usual;
+  std::ifstream file(usual / (name + ".json"));
   std::string head(512, '\0');  // the kind stands in the first lines of a document
   file.read(head.data(), static_cast<std::streamsize>(head.size()));
-  const std::string key = "\"kind\": \"";
-  const std::size_t start = head.find(key);
-  if (start == std::string::npos) return;
-  const std::size_t end = head.find('"', start + key.size());
-  const std::string other = head.substr(start + key.size(), end - start - key.size());
-  if (end == std::string::npos || other == kind) return;
-  std::filesystem::path kept = directory.string() + "_" + other;
-  for (int number = 2; std::filesystem::exists(kept); ++number)
-    kept = directory.string() + "_" + other + "_" + std::to_string(number);
-  std::error_code error;
-  std::filesystem::rename(directory, kept, error);
-  if (error)
-    throw UsageError(directory.string() + ": holds a result of finegauge " + other + ", which would be overwritten (" +
-                     error.message() + " when it was to be renamed); give another folder by --out");
-  if (!options.quiet)
-    std::fprintf(stderr, "%s held a result of finegauge %s, which is now in %s\n", directory.c_str(), other.c_str(),
-                 kept.c_str());
+  const bool of_another =
+      head.find("\"kind\": \"") != std::string::npos && head.find("\"kind\": \"" + kind + "\"") == std::string::npos;
+  return of_another ? std::filesystem::path(usual.string() + "_" + kind) : usual;
 }
 
 void use_threads(int count) {

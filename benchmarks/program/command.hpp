@@ -23,7 +23,7 @@ class UsageError : public std::runtime_error {
 
 /// Options that all commands that compute have in common.
 struct CommonOptions {
-  std::string out;               ///< directory; empty: results/NAME
+  std::string out;               ///< directory; empty: results/NAME (result_directory)
   std::vector<std::string> set;  ///< "key=value"
   int threads = 1;
   bool full = false, quick = false, json = false, quiet = false;
@@ -43,10 +43,9 @@ std::map<std::string, std::string> parse_overrides(const std::vector<std::string
 /// anything is computed. Leaves nothing behind.
 void require_writable(const std::filesystem::path& directory);
 
-/// Scenes and studies may have one name, and so results/NAME. Where it holds NAME.json of another command than `kind`,
-/// that folder becomes results/NAME_KIND with the other's kind, or the first of NAME_KIND_2, ... that is not there, and
-/// standard error says so. Nothing happens to a folder that the user named by --out.
-void set_aside_other_result(const CommonOptions& options, const std::string& name, const std::string& kind);
+/// Where a command writes: --out, or else results/NAME; where that has NAME.json of another command (scenes and studies
+/// may have one name), results/NAME_KIND, so that neither result overwrites the other.
+std::filesystem::path result_directory(const CommonOptions& options, const std::string& name, const std::string& kind);
 
 /// So many for the loops of the core. BLAS, and what else uses OpenMP, get one, where the program is linked to such
 /// versions of them: their sums depend on how many threads share them, and results shall not.

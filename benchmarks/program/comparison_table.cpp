@@ -27,9 +27,8 @@ std::vector<std::string> wrapped(const std::string& text, int width) {
   return lines;
 }
 
-}  // namespace
-
-std::vector<std::string> comparison_table(const std::vector<ComparisonRow>& rows, int width) {
+std::vector<std::string> comparison_table(const std::vector<ComparisonRow>& rows) {
+  constexpr int width = 118;
   const ComparisonRow header{"", "paper", "here", "why they differ"};
   std::array<int, 3> widths = {0, shown_width(header.paper), shown_width(header.here)};
   for (const ComparisonRow& row : rows) {
@@ -69,6 +68,8 @@ std::vector<std::string> comparison_table(const std::vector<ComparisonRow>& rows
   }
   return lines;
 }
+
+}  // namespace
 
 void add_comparison(const std::vector<ComparisonRow>& rows, StudyResult& result) {
   std::string note;

@@ -80,7 +80,7 @@ void MotionFiles::draw_mesh(const MotionView& view, const ErrorEstimate& estimat
   Eigen::VectorXd stress(mesh.node_count());
   for (int i = 0; i < mesh.node_count(); ++i) stress[i] = von_mises(estimate.nodal_stress.col(i));
   const FrameReport& report = view.frame.report.frame;
-  const bool at_rest = report.energy.elastic <= energy_at_rest * largest_elastic_energy_;
+  const bool at_rest = report.energy.elastic < energy_at_rest * largest_elastic_energy_;
   if (at_rest) stress.setZero();
   MeshPictureOptions options;
   char time[60];

@@ -107,7 +107,7 @@ std::vector<std::string> static_notes(const Scene& scene, const Discretization& 
   if (nothing_acts(scene, d))
     notes.push_back("nothing acts on the body: the scene has no load, no body force and no prescribed displacement");
   else if (u.isZero(0.0))
-    notes.push_back("the body does not move: what loads it acts on nodes that supports hold");
+    notes.push_back("the body does not move: what loads it cancels, or acts on nodes that supports hold");
   if (scene.material.kinematics == Kinematics::linear) {
     const double angle = largest_cell_rotation(d, u);
     if (angle > largest_linear_rotation) {

@@ -99,7 +99,7 @@ std::optional<std::string> draw_error(const StaticRun& run, const std::string& n
   plot.title = name + ": estimated error over degrees of freedom";
   plot.x_label = "degrees of freedom (3 × nodes that do not hang)";
   plot.y_label = "estimated relative error η (energy norm)";
-  PlotSeries series{"η", {}, {}};
+  PlotSeries series{"η", {}, {}, PlotLine::joined_with_slope};
   for (const StaticStep& step : run.steps) series.x.push_back(step.dofs), series.y.push_back(step.eta);
   plot.series = {series};
   const PlotReport report = draw_plot(plot, directory);

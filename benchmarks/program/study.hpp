@@ -54,11 +54,10 @@ struct ComparisonRow {
   std::string quantity, paper, here, why;
   std::string place = {};  ///< in the paper, of its number or words; empty: not told
 };
-/// Aligned lines with a header "quantity | paper | here | why they differ"; the last column is wrapped at `width`.
-/// Below them, once each, the paper's entries whose place is given, with it.
-std::vector<std::string> comparison_table(const std::vector<ComparisonRow>& rows, int width = 118);
-/// Adds these lines to the table, and the rows to the document: summary.comparison, a list of objects with quantity,
-/// paper, here, why and, where it is told, place. What the table says already becomes summary.comparison_note.
+/// Adds to the table aligned lines with a header "quantity | paper | here | why they differ", wrapped; below them, once
+/// each, the paper's entries whose place is given, with it. The rows go to the document: summary.comparison, a list of
+/// objects with quantity, paper, here, why and, where it is told, place. What the table says already becomes
+/// summary.comparison_note.
 void add_comparison(const std::vector<ComparisonRow>& rows, StudyResult& result);
 
 }  // namespace finegauge

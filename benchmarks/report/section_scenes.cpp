@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <map>
 
@@ -63,7 +64,7 @@ Chart force_chart(const std::string& name, const std::vector<Case>& cases) {
     if (before >= std::min(tip.size(), force.size())) continue;
     events.x.push_back(1e3 * tip[before]), events.y.push_back(force[before]);
     events.hover.push_back(event.kind + " at " + number_text(event.time) + " s, travel " +
-                           number_text(1e3 * event.tip) + " mm, by " + number_text(event.force) + " N at the tip");
+                           number_text(1e3 * tip[before]) + " mm, by " + number_text(event.force) + " N at the tip");
   }
   if (!events.x.empty()) chart.series.push_back(std::move(events));
   return chart;

@@ -67,9 +67,10 @@ std::string summary_section(PageState& page) {
     table.failing.push_back(!document.failing_checks().empty());
   }
   const bool good = failing == 0 && interrupted == 0;
-  std::string words = failing > 0  ? count_text(double(failing)) + " of " + count_text(double(checks)) + " checks fail"
-                      : checks > 0 ? "All " + count_text(double(checks)) + " checks hold"
-                                   : "There are no checks";
+  std::string words = failing > 0   ? count_text(double(failing)) + " of " + count_text(double(checks)) + " checks fail"
+                      : checks == 1 ? std::string("1 check holds")
+                      : checks > 0  ? "All " + count_text(double(checks)) + " checks hold"
+                                    : "There are no checks";
   if (interrupted > 0) words += "; " + count_text(double(interrupted)) + " documents were interrupted";
   const std::string size =
       count_text(double(page.documents.size())) + (page.documents.size() == 1 ? " document" : " documents");

@@ -141,8 +141,8 @@ std::string trade_section(PageState& page) {
       if (std::string figure = chart_figure(page, front_chart(document, quantity, "p99"),
                                             "Each point is a setting: its error against the scene’s reference run over "
                                             "the time of a frame (of the whole run, "
-                                            "where nothing moves). No setting that was tried is left of and below "
-                                            "one on the front.",
+                                            "where nothing moves). Of the settings that were timed again, those on the "
+                                            "front have none left of and below them.",
                                             command_of(document));
           !figure.empty())
         figures.push_back(std::move(figure));

@@ -45,7 +45,9 @@ std::string file_name(std::string text) {
 
 /// A scene at rest, whose run is one frame.
 bool of_one_frame(const TradeSweep& sweep) {
-  return std::ranges::all_of(sweep.jobs, [](const TradeJob& job) { return job.run.frames <= 1; });
+  const auto moves = [](const TradeJob& job) { return job.run.complete && job.run.frames > 1; };
+  return std::ranges::any_of(sweep.jobs, [](const TradeJob& job) { return job.run.complete; }) &&
+         std::ranges::none_of(sweep.jobs, moves);
 }
 
 }  // namespace

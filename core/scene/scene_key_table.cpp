@@ -239,7 +239,7 @@ constexpr SceneKey keys[] = {
      "needle's tip [N]; the curve of the needle's force over the travel of its tip"},
     {"quantity", "name", KeyType::text, "", any, "", optional_key, "of the result; none: the kind"},
     {"quantity", "point", KeyType::vector, "m", any, "", optional_key,
-     "rest position of the material point; needed with displacement"},
+     "rest position of the material point, in one of the cells; needed with displacement"},
 
     {"dynamics", "time_step", KeyType::number, "s", above_zero, "", required_key, "length of a frame"},
     {"dynamics", "duration", KeyType::number, "s", above_zero, "", optional_key,

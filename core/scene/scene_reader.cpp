@@ -185,7 +185,9 @@ void read_quantity(const SectionReader& reader, const BaseMesh& mesh, Scene& sce
                           ", " + std::to_string(high[axis]) + "] (the bounding box of the body)",
                       axis);
     if (!locate_at_rest(mesh, quantity.point))
-      reader.refuse("point", "found a point where there is no cell, allowed are points of the body");
+      reader.refuse("point", "found [" + std::to_string(quantity.point.x()) + ", " +
+                                 std::to_string(quantity.point.y()) + ", " + std::to_string(quantity.point.z()) +
+                                 "], where there is no cell, allowed are points of the body");
   }
   scene.quantities.push_back(std::move(quantity));
 }

@@ -252,6 +252,18 @@ TEST_CASE("what is added to a sound scene is checked, too", "[scene][refusal]") 
   check_begins(refusal(small_scene + added), message);
 }
 
+TEST_CASE("a point of interest in the notch of a box is refused, with the three numbers and its line",
+          "[scene][refusal]") {
+  std::string notched = small_scene;
+  notched.replace(notched.find("cells = [2, 1, 1]"), 17,
+                  "cells = [2, 2, 1]\nremoved_first = [1, 1, 0]\nremoved_last = [2, 2, 1]");
+  const std::string point = "[[quantity]]\nkind = \"displacement\"\npoint = ";
+  CHECK(refusal(notched + point + "[0.5, 0.75, 0.5]\n") == "accepted");
+  CHECK(refusal(notched + point + "[1.0, 1.0, 0.5]\n") == "accepted");  // on the notch's own faces
+  check_begins(refusal(notched + point + "[1.5, 0.75, 0.5]\n"),
+               "16: quantity[0].point: found [1.500000, 0.750000, 0.500000], where there is no cell");
+}
+
 TEST_CASE("a mesh in the scene that is not sound is refused with the line of its cell", "[scene][refusal]") {
   REQUIRE(refusal(small_mesh) == "accepted");
   struct Case {
