@@ -39,18 +39,6 @@ SceneComparison compare_apart(const AuditOptions& options, const Scene& scene,
   return told(run_comparison(options, scene, *changed));
 }
 
-/// Present, spare and dear ones, by what they save, most first. Dear is what saves a hundredth of the time, and more
-/// than noise does: three times what the scene beside itself differs by.
-std::vector<const AuditedIngredient*> savings(const Audit& audit) {
-  const double least = std::max(0.01, 3.0 * std::abs(audit.with_itself.time_change()));
-  std::vector<const AuditedIngredient*> list;
-  for (const AuditedIngredient& one : audit.ingredients)
-    if (one.ingredient.present && one.verdict == Verdict::spare && one.comparison.time_change() < -least)
-      list.push_back(&one);
-  std::ranges::stable_sort(list, {}, [](const AuditedIngredient* one) { return one->comparison.time_change(); });
-  return list;
-}
-
 /// False when interrupted.
 bool find_cheapest(const AuditOptions& options, const Scene& scene, Audit& audit) {
   for (std::vector<const AuditedIngredient*> out = savings(audit);; out.pop_back()) {
@@ -96,6 +84,16 @@ Verdict judge(const SceneComparison& comparison, double tolerance) {
   const double change = comparison.largest_change();
   if (!std::isfinite(change)) return Verdict::undecided;
   return change <= tolerance ? Verdict::spare : Verdict::needed;
+}
+
+std::vector<const AuditedIngredient*> savings(const Audit& audit) {
+  const double least = std::max(0.01, 3.0 * std::abs(audit.with_itself.time_change()));
+  std::vector<const AuditedIngredient*> list;
+  for (const AuditedIngredient& one : audit.ingredients)
+    if (one.ingredient.present && one.verdict == Verdict::spare && one.comparison.time_change() < -least)
+      list.push_back(&one);
+  std::ranges::stable_sort(list, {}, [](const AuditedIngredient* one) { return one->comparison.time_change(); });
+  return list;
 }
 
 Audit run_audit(const AuditOptions& options) {

@@ -39,6 +39,10 @@ struct Audit {
   bool finished = false;  ///< false when interrupted
 };
 
+/// Present, spare and dear ones, by what they save, most first. Dear is what saves a hundredth of the time, and more
+/// than noise does: three times what the scene beside itself differs by.
+std::vector<const AuditedIngredient*> savings(const Audit& audit);
+
 struct AuditOptions {
   std::string scene;
   std::vector<std::string> set;

@@ -116,6 +116,32 @@ TEST_CASE("a change that cannot be judged is neither needed nor spare") {
   CHECK(std::isnan(c.quantity_change.at("force")));
 }
 
+TEST_CASE("what is spare is worth leaving out where it saves a hundredth of the time and more than noise does") {
+  Audit audit;
+  audit.with_itself.mean_ms = 1.0;
+  const auto add = [&](const char* name, double saved, Verdict verdict, bool present) {
+    AuditedIngredient one{{name, "", present, {}}, {}, verdict};
+    one.comparison.mean_ms = 1.0, one.comparison.changed_mean_ms = 1.0 - saved;
+    audit.ingredients.push_back(one);
+  };
+  add("little", 0.009, Verdict::spare, true);
+  add("some", 0.02, Verdict::spare, true);
+  add("much", 0.4, Verdict::spare, true);
+  add("needed", 0.5, Verdict::needed, true);
+  add("absent", 0.5, Verdict::spare, false);
+  add("costly", -0.1, Verdict::spare, true);
+  const auto names = [&](double noise) {
+    audit.with_itself.changed_mean_ms = 1.0 + noise;
+    std::string list;
+    for (const AuditedIngredient* one : savings(audit)) list += one->ingredient.name + " ";
+    return list;
+  };
+  CHECK(names(0.0) == "much some ");
+  CHECK(names(0.006) == "much some ");
+  CHECK(names(0.007) == "much ");
+  CHECK(names(-0.007) == "much ");
+}
+
 TEST_CASE("each ingredient of the scenes that ship is a scene that can be read") {
   for (const char* name : {"phantom", "liver", "lshape", "block_swing"}) {
     const std::filesystem::path file = reference_data() / "scenes" / (std::string(name) + ".toml");

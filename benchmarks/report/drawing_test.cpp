@@ -1,8 +1,11 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <random>
+#include <sstream>
+#include <vector>
 
 #include "benchmarks/report/chart.hpp"
 #include "benchmarks/report/chart_axis.hpp"
@@ -96,6 +99,28 @@ TEST_CASE("a chart leaves out what its axes cannot show and has no number that i
   const std::size_t first = html.find("<polyline");
   REQUIRE(first != std::string::npos);
   CHECK(html.find("<polyline", first + 1) != std::string::npos);
+}
+
+TEST_CASE("a curve in steps keeps a point's height up to the next one", "[report]") {
+  Chart chart{.title = "t", .x_label = "x", .y_label = "y"};
+  chart.series = {{.label = "front", .x = {1.0, 2.0, 4.0}, .y = {3.0, 2.0, 1.0}, .steps = true}};
+  const auto corners = [&] {
+    const std::string html = chart_html(chart);
+    const std::size_t start = html.find("points=\"", html.find("<polyline")) + 8;
+    std::istringstream text(html.substr(start, html.find('"', start) - start));
+    std::vector<std::array<double, 2>> found;
+    char comma = 0;
+    for (std::array<double, 2> p{}; text >> p[0] >> comma >> p[1];) found.push_back(p);
+    return found;
+  };
+  const auto steps = corners();
+  REQUIRE(steps.size() == 5);
+  for (const std::size_t corner : {1, 3}) {
+    CHECK(steps[corner][0] == steps[corner + 1][0]);
+    CHECK(steps[corner][1] == steps[corner - 1][1]);
+  }
+  chart.series[0].steps = false;
+  CHECK(corners().size() == 3);
 }
 
 TEST_CASE("a histogram counts every frame once", "[report]") {

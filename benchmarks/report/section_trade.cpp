@@ -66,12 +66,18 @@ bool on_front(const Json& row, const std::string& quantity) {
 
 Chart front_chart(const ReportDocument& document, const std::string& quantity, const char* percentile) {
   const std::string what = quantity.empty() ? "error" : "error of " + quantity;
-  Chart chart{.title = document.name + ": " + what + " over frame time",
-              .x_label = std::string("time of a frame, ") + percentile + " [ms]",
-              .y_label = what + " [%]",
-              .log_x = true,
-              .log_y = true,
-              .nearest_point = true};
+  const auto frames_are = [&](auto&& right) {
+    return std::ranges::any_of(document.rows(), [&](const Json& row) { return right(number_at(row, "frames")); });
+  };
+  const bool at_rest =
+      frames_are([](double count) { return count == 1.0; }) && !frames_are([](double count) { return count > 1.0; });
+  Chart chart{
+      .title = document.name + ": " + what + (at_rest ? " over run time" : " over frame time"),
+      .x_label = at_rest ? "time of the whole run [ms]" : std::string("time of a frame, ") + percentile + " [ms]",
+      .y_label = what + " [%]",
+      .log_x = true,
+      .log_y = true,
+      .nearest_point = true};
   ChartSeries dominated{.label = "dominated", .x = {}, .y = {}, .line = false, .points = true, .color = 7 - 1};
   ChartSeries front{.label = "on the front", .x = {}, .y = {}, .points = true, .color = 0, .steps = true};
   std::vector<const Json*> rows;
