@@ -147,13 +147,17 @@ struct EdgeWeights {
   double share_of_energy;  ///< c
 };
 
-EdgeWeights edge_weights(std::uint8_t mark, const Material& material) {
-  if (mark == 0) return {0.0, 0.0};
-  const int cells_around = cells_around_edge(mark);
-  const double gain = singular_edge_weights[static_cast<std::size_t>(cells_around) - 1] - 1.0;
-  if (cells_around > 1) return {gain, notch_energy_share};
+EdgeWeights edge_weights(const SingularEdge& edge, const Material& material, CellShape shape) {
+  if (!edge) return {0.0, 0.0};
+  const bool rim = edge.cells == 1;
+  if (shape == CellShape::tetrahedron)
+    return rim ? EdgeWeights{tetrahedra_rim_weight(edge.exponent()) - 1.0,
+                             tetrahedra_rim_share * rim_energy_share(edge.exponent())}
+               : EdgeWeights{tetrahedra_notch_weight(edge.cell_angle) - 1.0, tetrahedra_notch_energy_share};
+  const double gain = singular_edge_weights[static_cast<std::size_t>(edge.cells) - 1] - 1.0;
+  if (!rim) return {gain, notch_energy_share};
   const double locking = material.dilatation == Dilatation::mean ? rim_share_of_mean_dilatation : 1.0;
-  return {gain, locking * rim_energy_share(exponent_of_edge(mark))};
+  return {gain, locking * rim_energy_share(edge.exponent())};
 }
 
 /// Of a cell, with the share of it that is material [J].
@@ -186,7 +190,8 @@ ErrorEstimate estimate_error_by(const Discretization& d, const CellStresses& str
                    : hexahedron_error(material, geometry,
                                       placed ? weights_at_material(geometry, mesh.means[cell]) : geometry.weights,
                                       stress, recovered);
-    const EdgeWeights edge = edge_weights(estimator == Estimator::spr_edges ? d.singular_edge[cell] : 0, material);
+    const EdgeWeights edge =
+        edge_weights(estimator == Estimator::spr_edges ? d.singular_edge[cell] : SingularEdge{}, material, mesh.shape);
     const double unresolved = std::min(edge.largest_gain * error.error_squared, edge.share_of_energy * error.energy);
     estimate.direction.col(cell) = error.direction;
     return Squares{share * (error.error_squared + unresolved), share * error.energy};
@@ -211,6 +216,10 @@ ErrorEstimate estimate_error_by(const Discretization& d, const CellStresses& str
 }  // namespace
 
 double rim_energy_share(double exponent) { return std::exp(8.0 - 15.2 * exponent); }
+
+double tetrahedra_notch_weight(int cell_angle) { return cell_angle < 58 ? 2.0 : 3.0; }
+
+double tetrahedra_rim_weight(double exponent) { return 1.0 + std::exp(4.1 - 5.28 * exponent); }
 
 ErrorEstimate estimate_error_spr(const Discretization& d, const Eigen::Matrix3Xd& u) {
   return estimate_error(d, u, Estimator::spr);

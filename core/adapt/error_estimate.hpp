@@ -38,13 +38,25 @@ ErrorEstimate estimate_error_spr(const Discretization& d, const Eigen::Matrix3Xd
 /// and which must not be multiplied, and a stress that is not singular has energy of its own.
 ///
 /// Calibrated against the exact fields of cracks, notches and clamped rims (verification/studies/estimator_ladder.hpp)
-/// for the whole error, a few percent to the safe side. w by the cells around the edge (two in a flat face, three in a
-/// notch, four at a crack), first the single cell at the rim of a clamped face. What a rim lacks follows its exponent:
-/// exp(7.85 - 15.2 λ) to a tenth for nu from 0.1 to 0.45, rounded up to c = exp(8 - 15.2 λ), and 3/4 of that where
-/// cells of mean dilatation do not lock; notches, cracks and the edges of flat supports have 0.1 to 0.27.
+/// for the whole error, a few percent to the safe side.
+///
+/// Hexahedra: w by the cells around the edge (two in a flat face, three in a notch, four at a crack), first the single
+/// cell at the rim of a clamped face. What a rim lacks follows its exponent: exp(7.85 - 15.2 λ) to a tenth for nu from
+/// 0.1 to 0.45, rounded up to c = exp(8 - 15.2 λ), and 3/4 of that where cells of mean dilatation do not lock; notches,
+/// cracks and the edges of flat supports have 0.1 to 0.27.
+///
+/// Tetrahedra: two thirds of the error lie in those that touch the edge, half of that in those that do with a corner
+/// alone. How much the recovery finds hangs on how many share the angle: in a notch of 3π/2 w is 1.7 to 1.9 with five
+/// or six around it and 2.7 with four; at a crack 1.5 to 2.1 with eight, 2.5 with six. At a clamped rim it is that of
+/// λ, from 1.5 (λ = 0.87) to 3.1 (0.62), and c is 0.7 times that of hexahedra where two tetrahedra share the right
+/// angle and twice where it is one, which c bounds.
 inline constexpr std::array<double, 4> singular_edge_weights = {5.1, 2.4, 2.5, 1.85};
 inline constexpr double notch_energy_share = 0.25, rim_share_of_mean_dilatation = 0.75;
 double rim_energy_share(double exponent);  ///< c
+/// w in tetrahedra at notches by the mean angle of one of those around the edge [degrees], at rims by λ.
+double tetrahedra_notch_weight(int cell_angle);
+double tetrahedra_rim_weight(double exponent);
+inline constexpr double tetrahedra_notch_energy_share = 0.75, tetrahedra_rim_share = 2.0;
 ErrorEstimate estimate_error(const Discretization& d, const Eigen::Matrix3Xd& u, Estimator estimator);
 
 }  // namespace finegauge

@@ -95,7 +95,7 @@ Discretization discretize(const RefinementForest& forest, Mesh mesh, const Mater
   find_cell_nodes(d.mesh, d.hanging, d.scatter);
   build_pattern(d.hanging.reduced_count(), d.scatter, d.pattern);
   d.springs = find_springs(forest.base(), d.mesh, springs);
-  d.singular_edge = cells_at_singular_edges(forest.base(), forest.topology(), d.mesh, supports, material.poisson_ratio);
+  d.singular_edge = singular_edges_of_cells(forest.base(), forest.topology(), d.mesh, supports, material.poisson_ratio);
   return d;
 }
 

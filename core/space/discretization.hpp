@@ -34,7 +34,7 @@ struct Discretization {
   BlockPattern pattern;  ///< of the reduced matrix
   CellScatter scatter;
   Springs springs;                          ///< empty where there are none
-  std::vector<std::uint8_t> singular_edge;  ///< per cell, cells_at_singular_edges
+  std::vector<SingularEdge> singular_edge;  ///< per cell
 
   int dof_count() const { return 3 * hanging.reduced_count(); }  ///< the paper's count: prescribed ones included
 };

@@ -6,6 +6,8 @@
 #include <map>
 #include <numbers>
 
+#include "core/mesh/node_identity.hpp"
+
 namespace finegauge {
 
 namespace {
@@ -37,9 +39,11 @@ class Holds {
 
  private:
   Eigen::Vector3d normal(const BaseFace& face) const {
-    const auto& corners = hexahedron_faces[face.face];
+    const auto& corners = face_corners(base_.shape, face.face);
     const auto X = [&](int c) -> Eigen::Vector3d { return base_.nodes.col(base_.cells[face.cell][corners[c]]); };
-    return (X(3) - X(0)).cross(X(2) - X(1)).normalized();
+    const Eigen::Vector3d area_vector =
+        base_.shape == CellShape::hexahedron ? (X(3) - X(0)).cross(X(2) - X(1)) : (X(1) - X(0)).cross(X(2) - X(0));
+    return area_vector.normalized();
   }
   const BaseMesh& base_;
   std::map<BaseFace, std::vector<Eigen::Vector3d>> directions_;
@@ -61,53 +65,118 @@ constexpr double widest_cell = 5.0 * std::numbers::pi / 9.0;
 
 /// Angle of the cell's material at one of its edges, in the middle of it [rad].
 double angle_at(const BaseMesh& base, int cell, int edge) {
-  const auto& corners = edge_corners(CellShape::hexahedron, edge);
-  const int axis = edge / 4;
+  const auto& ends = edge_corners(base.shape, edge);
   const auto X = [&](int corner) -> Eigen::Vector3d { return base.nodes.col(base.cells[cell][corner]); };
-  const Eigen::Vector3d along = (X(corners[1]) - X(corners[0])).normalized();
+  const Eigen::Vector3d along = (X(ends[1]) - X(ends[0])).normalized();
   std::array<Eigen::Vector3d, 2> aside;
-  for (int k = 0; k < 2; ++k) {
-    const int bit = 1 << ((axis + 1 + k) % 3);
-    aside[k] = 0.5 * (X(corners[0] ^ bit) - X(corners[0]) + X(corners[1] ^ bit) - X(corners[1]));
-    aside[k] -= along.dot(aside[k]) * along;
+  if (base.shape == CellShape::hexahedron) {
+    const int axis = edge / 4;
+    for (int k = 0; k < 2; ++k) {
+      const int bit = 1 << ((axis + 1 + k) % 3);
+      aside[k] = 0.5 * (X(ends[0] ^ bit) - X(ends[0]) + X(ends[1] ^ bit) - X(ends[1]));
+    }
+  } else {
+    int k = 0;
+    for (int corner = 0; corner < 4; ++corner)
+      if (corner != ends[0] && corner != ends[1]) aside[k++] = X(corner) - X(ends[0]);
   }
+  for (Eigen::Vector3d& side : aside) side -= along.dot(side) * along;
   return std::atan2(aside[0].cross(aside[1]).norm(), aside[0].dot(aside[1]));
 }
 
-/// Per base edge, its mark where it is singular; 0 elsewhere.
-std::vector<std::uint8_t> singular_base_edges(const BaseMesh& base, const BaseTopology& topology,
-                                              const std::vector<SupportCondition>& supports, double poisson_ratio) {
+/// What meets at each base edge.
+struct EdgeSurroundings {
+  std::vector<std::vector<FaceHold>> faces;  ///< of the boundary; none inside of the body
+  std::vector<double> angle;                 ///< of the material [rad], where there are faces
+};
+
+EdgeSurroundings edge_surroundings(const BaseMesh& base, const BaseTopology& topology,
+                                   const std::vector<SupportCondition>& supports) {
   const Holds holds(base, supports);
   const std::size_t edges = topology.edges.size();
-  std::vector<std::vector<FaceHold>> faces_at(edges);
+  EdgeSurroundings around{std::vector<std::vector<FaceHold>>(edges), std::vector<double>(edges, 0.0)};
   for (const auto& [first, second] : topology.face_cells) {
     if (second.cell >= 0) continue;
-    const auto& corners = hexahedron_faces[first.face];
+    const auto& corners = face_corners(base.shape, first.face);
     const FaceHold hold = holds.of(first);
-    for (int edge = 0; edge < 12; ++edge) {
-      const auto& ends = hexahedron_edges[edge];
+    for (int edge = 0; edge < edge_count(base.shape); ++edge) {
+      const auto& ends = edge_corners(base.shape, edge);
       if (std::ranges::find(corners, ends[0]) != corners.end() && std::ranges::find(corners, ends[1]) != corners.end())
-        faces_at[topology.cell_edges[first.cell][edge]].push_back(hold);
+        around.faces[topology.cell_edges[first.cell][edge]].push_back(hold);
     }
   }
-  std::vector<double> angle(edges, 0.0);
   for (int cell = 0; cell < static_cast<int>(base.cells.size()); ++cell)
-    for (int edge = 0; edge < 12; ++edge)
-      if (const int number = topology.cell_edges[cell][edge]; !faces_at[number].empty())
-        angle[number] += angle_at(base, cell, edge);
-  std::vector<std::uint8_t> marks(edges, 0);
-  for (std::size_t edge = 0; edge < edges; ++edge) {
-    if (faces_at[edge].empty()) continue;
+    for (int edge = 0; edge < edge_count(base.shape); ++edge)
+      if (const int number = topology.cell_edges[cell][edge]; !around.faces[number].empty())
+        around.angle[number] += angle_at(base, cell, edge);
+  return around;
+}
+
+SingularEdge singular_edge(CellShape shape, int count, double angle, double exponent) {
+  constexpr double degree = std::numbers::pi / 180.0;
+  const int cells = shape == CellShape::tetrahedron ? (count + 1) / 2 : angle > widest_cell * count ? 1 : count;
+  return {static_cast<std::uint8_t>(std::clamp(cells, 1, 4)),
+          static_cast<std::uint8_t>(std::clamp(static_cast<int>(64.0 * exponent), 1, 63)),
+          static_cast<std::uint8_t>(std::clamp(std::lround(angle / count / degree), 1L, 180L))};
+}
+
+/// Per base edge; none where it is not singular.
+std::vector<SingularEdge> singular_base_edges(const BaseMesh& base, const BaseTopology& topology,
+                                              const std::vector<SupportCondition>& supports, double poisson_ratio) {
+  const EdgeSurroundings around = edge_surroundings(base, topology, supports);
+  std::vector<SingularEdge> singular(topology.edges.size());
+  for (std::size_t edge = 0; edge < singular.size(); ++edge) {
+    const std::vector<FaceHold>& faces = around.faces[edge];
+    if (faces.empty()) continue;
     // Where more than two faces meet, bodies touch in an edge only: a hinge, singular in any case.
-    if (faces_at[edge].size() == 2 && !is_singular(faces_at[edge][0], faces_at[edge][1], angle[edge], poisson_ratio))
-      continue;
+    const bool hinge = faces.size() != 2;
+    if (!hinge && !is_singular(faces[0], faces[1], around.angle[edge], poisson_ratio)) continue;
     const int count = topology.edge_cell_start[edge + 1] - topology.edge_cell_start[edge];
-    const double exponent = faces_at[edge].size() == 2
-                                ? edge_exponent(faces_at[edge][0], faces_at[edge][1], angle[edge], poisson_ratio)
-                                : 0.5;
-    marks[edge] = singular_edge_mark(angle[edge] > widest_cell * count ? 1 : count, exponent);
+    const double exponent = hinge ? 0.5 : edge_exponent(faces[0], faces[1], around.angle[edge], poisson_ratio);
+    singular[edge] = singular_edge(base.shape, count, around.angle[edge], exponent);
   }
-  return marks;
+  return singular;
+}
+
+void keep_first(SingularEdge& kept, const SingularEdge& other) {
+  if (other && (!kept || counts_before(other, kept))) kept = other;
+}
+
+/// Whether an edge of a hexahedral leaf lies on that edge of its base cell.
+bool has_edge_on(const LeafFrame& frame, int edge) {
+  constexpr std::uint64_t unit = lattice_unit(CellShape::hexahedron);
+  const int corner = hexahedron_edges[edge][0], axis = edge / 4;
+  for (const int aside : {(axis + 1) % 3, (axis + 2) % 3}) {
+    const std::uint64_t low = frame.corners[0][aside], high = low + frame.corners[1][aside];
+    if ((corner >> aside) & 1 ? high != unit : low != 0) return false;
+  }
+  return true;
+}
+
+std::vector<SingularEdge> of_hexahedra(const BaseTopology& topology, const Mesh& mesh,
+                                       const std::vector<SingularEdge>& of_edges) {
+  std::vector<SingularEdge> cells(mesh.cells.size());
+  for (int cell = 0; cell < mesh.cell_count(); ++cell)
+    for (int edge = 0; edge < 12; ++edge)
+      if (const SingularEdge& found = of_edges[topology.cell_edges[mesh.frames[cell].base_cell][edge]];
+          found && has_edge_on(mesh.frames[cell], edge))
+        keep_first(cells[cell], found);
+  return cells;
+}
+
+std::vector<SingularEdge> of_tetrahedra(const BaseMesh& base, const BaseTopology& topology, const Mesh& mesh,
+                                        const std::vector<SingularEdge>& of_edges) {
+  std::vector<SingularEdge> of_vertices(static_cast<std::size_t>(base.nodes.cols()));
+  for (std::size_t edge = 0; edge < of_edges.size(); ++edge)
+    for (const int end : topology.edges[edge]) keep_first(of_vertices[end], of_edges[edge]);
+  std::vector<SingularEdge> cells(mesh.cells.size());
+  for (int cell = 0; cell < mesh.cell_count(); ++cell)
+    for (int corner = 0; corner < 4; ++corner) {
+      const NodeIdentity& identity = mesh.identities[mesh.cells[cell][corner]];
+      const int dimension = entity_dimension(identity), index = entity_index(identity);
+      if (dimension <= 1) keep_first(cells[cell], dimension == 0 ? of_vertices[index] : of_edges[index]);
+    }
+  return cells;
 }
 
 /// Residual of the equation of λ of one pair of faces, none a roller.
@@ -119,14 +188,11 @@ double exponent_residual(FaceHold a, FaceHold b, double angle, double poisson_ra
 
 }  // namespace
 
-std::uint8_t singular_edge_mark(int cells_around, double exponent) {
-  const int level = std::clamp(static_cast<int>(64.0 * exponent), 1, 63);
-  return static_cast<std::uint8_t>(64 * (std::clamp(cells_around, 1, 4) - 1) + level);
+bool counts_before(const SingularEdge& a, const SingularEdge& b) {
+  if (a.cells != b.cells) return a.cells < b.cells;
+  if (a.exponent_64ths != b.exponent_64ths) return a.exponent_64ths < b.exponent_64ths;
+  return a.cell_angle > b.cell_angle;
 }
-
-int cells_around_edge(std::uint8_t mark) { return 1 + mark / 64; }
-
-double exponent_of_edge(std::uint8_t mark) { return (mark % 64 + 0.5) / 64.0; }
 
 double edge_exponent(FaceHold a, FaceHold b, double angle, double poisson_ratio) {
   if (a > b) std::swap(a, b);
@@ -149,28 +215,15 @@ double edge_exponent(FaceHold a, FaceHold b, double angle, double poisson_ratio)
   return 0.5;
 }
 
-std::vector<std::uint8_t> cells_at_singular_edges(const BaseMesh& base, const BaseTopology& topology, const Mesh& mesh,
+std::vector<SingularEdge> singular_edges_of_cells(const BaseMesh& base, const BaseTopology& topology, const Mesh& mesh,
                                                   const std::vector<SupportCondition>& supports, double poisson_ratio) {
-  std::vector<std::uint8_t> cells(mesh.cells.size(), 0);
-  if (mesh.shape != CellShape::hexahedron || base.body) return cells;
-  const std::vector<std::uint8_t> marks = singular_base_edges(base, topology, supports, poisson_ratio);
-  if (std::ranges::all_of(marks, [](std::uint8_t mark) { return mark == 0; })) return cells;
-  const std::uint64_t unit = lattice_unit(mesh.shape);
-  for (int cell = 0; cell < mesh.cell_count(); ++cell) {
-    const LeafFrame& frame = mesh.frames[cell];
-    for (int edge = 0; edge < 12; ++edge) {
-      const std::uint8_t mark = marks[topology.cell_edges[frame.base_cell][edge]];
-      if (mark == 0) continue;
-      const int corner = hexahedron_edges[edge][0], axis = edge / 4;
-      bool touches = true;
-      for (const int aside : {(axis + 1) % 3, (axis + 2) % 3}) {
-        const std::uint64_t low = frame.corners[0][aside], high = low + frame.corners[1][aside];
-        touches = touches && ((corner >> aside) & 1 ? high == unit : low == 0);
-      }
-      if (touches) cells[cell] = cells[cell] == 0 ? mark : std::min(cells[cell], mark);
-    }
+  if (!base.body) {
+    const std::vector<SingularEdge> of_edges = singular_base_edges(base, topology, supports, poisson_ratio);
+    if (std::ranges::any_of(of_edges, [](const SingularEdge& edge) { return static_cast<bool>(edge); }))
+      return mesh.shape == CellShape::hexahedron ? of_hexahedra(topology, mesh, of_edges)
+                                                 : of_tetrahedra(base, topology, mesh, of_edges);
   }
-  return cells;
+  return std::vector<SingularEdge>(mesh.cells.size());
 }
 
 }  // namespace finegauge

@@ -22,18 +22,26 @@ namespace finegauge {
 /// A face counts as clamped when a condition on its surface holds all directions, as a roller when one holds its normal
 /// alone. Conditions on regions of nodes are not seen, nor is the surface of an immersed body: its walls are those of a
 /// lattice, not the body's.
-///
-/// Per leaf of a hexahedral mesh a mark of the edge that it touches, 0 where it touches none: the base cells around the
-/// edge (1 at a convex edge, 2 at a flat one, 3 in a notch, 4 or more at a crack) and the exponent λ, to a 64th. Where
-/// it touches several, that with the fewest cells, and of these that with the least λ. Cells that are wider than 5π/9
-/// in the mean count as one: they follow the field no better than a single one. All zero for tetrahedra.
-std::vector<std::uint8_t> cells_at_singular_edges(const BaseMesh& base, const BaseTopology& topology, const Mesh& mesh,
-                                                  const std::vector<SupportCondition>& supports, double poisson_ratio);
+struct SingularEdge {
+  /// Base cells around the edge, tetrahedra by twos: 1 at a convex edge, 2 at a flat one, 3 in a notch, 4 (or more) at
+  /// a crack; 0: there is no edge. Hexahedra that are wider than 5π/9 in the mean count as one, since they follow the
+  /// field no better than a single one.
+  std::uint8_t cells = 0;
+  std::uint8_t exponent_64ths = 0;  ///< λ, rounded down
+  std::uint8_t cell_angle = 0;      ///< of the material, in a base cell around the edge in the mean [degrees]
 
-/// The mark of an edge, not zero, and what it says.
-std::uint8_t singular_edge_mark(int cells_around, double exponent);
-int cells_around_edge(std::uint8_t mark);    ///< 1 to 4
-double exponent_of_edge(std::uint8_t mark);  ///< λ, in (0, 1)
+  double exponent() const { return (exponent_64ths + 0.5) / 64.0; }  ///< λ, in (0, 1)
+  explicit operator bool() const { return cells != 0; }
+  bool operator==(const SingularEdge&) const = default;
+};
+/// Whether of two edges that a cell touches the first one counts: the one with the fewest cells, of these that with the
+/// least λ, of these that with the widest cells.
+bool counts_before(const SingularEdge& a, const SingularEdge& b);
+
+/// Per leaf the edge that it touches: a hexahedron with an edge of its own, a tetrahedron with a corner, since those
+/// that wedge in between the ones with edges there see the same stress and are twice as many. None in immersed bodies.
+std::vector<SingularEdge> singular_edges_of_cells(const BaseMesh& base, const BaseTopology& topology, const Mesh& mesh,
+                                                  const std::vector<SupportCondition>& supports, double poisson_ratio);
 
 /// What holds the two faces that meet at an edge.
 enum class FaceHold { free, roller, clamped };

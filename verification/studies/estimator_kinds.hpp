@@ -30,10 +30,6 @@ std::optional<EffectivityRange> effectivity_range(ProblemKind kind);
 inline constexpr double certificate_margin = 1.05;
 std::string rungs_of(ProblemKind kind);  ///< what the range rests on, in words
 
-/// ∫ ε:σ [J] of the unit cube of E = 1e3, nu = 0.3, clamped on one face and pulled by a traction of one at the
-/// opposite.
-inline constexpr double pulled_block_energy = 9.70553e-4;
-
 struct KindRow {
   ProblemKind kind;
   std::string rung;
@@ -41,7 +37,7 @@ struct KindRow {
   double true_error = 0.0;            ///< relative
   double spr = 0.0, spr_edges = 0.0;  ///< effectivities
 };
-/// Smooth fields, the L-shape and a clamped block in tetrahedra: the exact stress or energy.
+/// tetrahedra_rungs (estimator_rungs.hpp).
 std::vector<KindRow> tetrahedra_rows();
 /// The unit cube up to an oblique plane, which cuts the cells; the exact stress.
 std::vector<KindRow> cut_rows();

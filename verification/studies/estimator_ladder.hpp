@@ -4,9 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "core/static_step.hpp"
+#include "verification/studies/estimator_rungs.hpp"
 #include "verification/support/evidence.hpp"
-#include "verification/support/exact_field.hpp"
 
 namespace finegauge {
 
@@ -15,16 +14,6 @@ namespace finegauge {
 /// Estimators: `spr`, the paper's; `spr_edges`, which recovers twice over and weighs the cells at singular edges and is
 /// what scenes use; and `equilibrated` (core/equilibrated_estimate.hpp), which is meant never to be below the error.
 /// These rungs are of linear strains in hexahedra full of material; estimator_kinds.hpp has the others.
-struct LadderRung {
-  std::string name;
-  RefinementForest forest;
-  StaticProblem problem;
-  ExactField exact;           ///< without a stress: the energy alone is known
-  double exact_energy = 0.0;  ///< ∫ ε:σ [J] of the exact solution where there is no stress
-  int refinements = 0;        ///< steps of refinement 2x2x2 by the maximum strategy, θ = 1/2, plain SPR
-  bool singular = false;      ///< the stress is unbounded somewhere
-  bool has_front = false;     ///< refined cells meet others
-};
 
 /// Of one estimator on one rung.
 struct Effectivity {
@@ -41,8 +30,6 @@ struct LadderRow {
   std::map<std::string, Effectivity> of;
 };
 
-/// Every rung, in the order of the table; `full` adds finer grids.
-std::vector<LadderRung> ladder_rungs(bool full = false);
 /// Solves a rung and estimates. Throws std::runtime_error when the solve fails.
 LadderRow climb(LadderRung& rung);
 

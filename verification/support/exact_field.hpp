@@ -43,13 +43,14 @@ ExactField clamped_corner_field(double free_face, double clamped_face, const Eig
                                 const Material& material, double* exponent = nullptr);
 
 /// Energy norm of the error in each cell [√J], and of the exact solution: Gauss-Legendre with `points_per_axis`³
-/// points; cells that the singular line touches are split towards it.
+/// points. Hexahedra that the singular line touches are split towards it; tetrahedra are cubes that are collapsed to
+/// their edge or corner on it, with points that are dense there.
 struct TrueError {
   Eigen::VectorXd cell;  ///< sqrt ∫ (σ_h - σ):C⁻¹:(σ_h - σ)
   double total = 0.0, energy_norm = 0.0;
   double recovered = 0.0;  ///< the same of the nodal stresses, interpolated
 };
-/// Linear kinematics, hexahedra.
+/// Linear kinematics; a tetrahedron touches the line in a corner or an edge or not at all.
 TrueError true_error(const Discretization& d, const ExactField& exact, const Eigen::Matrix3Xd& u,
                      const Eigen::Matrix<double, 6, Eigen::Dynamic>& recovered, int points_per_axis = 4);
 

@@ -1,7 +1,9 @@
 #include "core/space/singular_edges.hpp"
 
+#include <map>
 #include <numbers>
 
+#include "core/adapt/apply_refinements.hpp"
 #include "core/mesh/refinement_forest.hpp"
 #include "verification/support/catch.hpp"
 #include "verification/support/exact_field.hpp"
@@ -24,50 +26,50 @@ SupportCondition roller(const char* surface, int axis) {
 }
 
 /// The cells around the edge that each leaf touches.
-std::vector<std::uint8_t> marks(const RefinementForest& forest, const std::vector<SupportCondition>& supports) {
-  std::vector<std::uint8_t> cells =
-      cells_at_singular_edges(forest.base(), forest.topology(), forest.leaf_mesh(), supports, 0.3);
-  for (std::uint8_t& mark : cells)
-    if (mark != 0) mark = static_cast<std::uint8_t>(cells_around_edge(mark));
+std::vector<int> marks(const RefinementForest& forest, const std::vector<SupportCondition>& supports) {
+  std::vector<int> cells;
+  for (const SingularEdge& edge :
+       singular_edges_of_cells(forest.base(), forest.topology(), forest.leaf_mesh(), supports, 0.3))
+    cells.push_back(edge.cells);
   return cells;
 }
 
 /// Of a box of 3 × 3 × 1 cells, by rows of y: the marks.
-std::vector<std::uint8_t> marks_of_plate(const std::vector<SupportCondition>& supports,
-                                         const std::optional<RemovedBlock>& removed = {}) {
+std::vector<int> marks_of_plate(const std::vector<SupportCondition>& supports,
+                                const std::optional<RemovedBlock>& removed = {}) {
   return marks(RefinementForest(box({3, 3, 1}, removed)), supports);
 }
 
 }  // namespace
 
 TEST_CASE("a free box has no singular edge, a box clamped on one face its rim", "[singular_edges]") {
-  CHECK(marks_of_plate({}) == std::vector<std::uint8_t>(9, 0));
+  CHECK(marks_of_plate({}) == std::vector<int>(9, 0));
   // All faces of the cells at x = 0 meet free ones there, at z_min and z_max too.
-  CHECK(marks_of_plate({clamped("x_min")}) == std::vector<std::uint8_t>{1, 0, 0, 1, 0, 0, 1, 0, 0});
+  CHECK(marks_of_plate({clamped("x_min")}) == std::vector<int>{1, 0, 0, 1, 0, 0, 1, 0, 0});
   // Clamped all around there is no free face to meet.
   CHECK(marks_of_plate({clamped("x_min"), clamped("x_max"), clamped("y_min"), clamped("y_max"), clamped("z_min"),
-                        clamped("z_max")}) == std::vector<std::uint8_t>(9, 0));
+                        clamped("z_max")}) == std::vector<int>(9, 0));
 }
 
 TEST_CASE("rollers at right angles to free and to clamped faces are mirrors, not edges", "[singular_edges]") {
   const std::vector<SupportCondition> plane = {roller("z_min", 2), roller("z_max", 2)};
-  CHECK(marks_of_plate(plane) == std::vector<std::uint8_t>(9, 0));
+  CHECK(marks_of_plate(plane) == std::vector<int>(9, 0));
   std::vector<SupportCondition> held = plane;
   held.push_back(clamped("x_min"));
   // The rim now is the two corners at which the clamped face meets the free y_min and y_max.
-  CHECK(marks_of_plate(held) == std::vector<std::uint8_t>{1, 0, 0, 0, 0, 0, 1, 0, 0});
+  CHECK(marks_of_plate(held) == std::vector<int>{1, 0, 0, 0, 0, 0, 1, 0, 0});
   // All directions held one by one are a clamp.
   std::vector<SupportCondition> one_by_one = plane;
   for (int axis = 0; axis < 3; ++axis) one_by_one.push_back(roller("x_min", axis));
   CHECK(marks_of_plate(one_by_one) == marks_of_plate(held));
   // A face held along itself only is free to bend inwards.
-  CHECK(marks_of_plate({roller("x_min", 1)}) == std::vector<std::uint8_t>(9, 0));
+  CHECK(marks_of_plate({roller("x_min", 1)}) == std::vector<int>(9, 0));
 }
 
 TEST_CASE("a notch counts three cells, an edge of a support within a face two", "[singular_edges]") {
-  const std::vector<std::uint8_t> notch = marks_of_plate({}, RemovedBlock{{2, 0, 0}, {3, 1, 1}});
+  const std::vector<int> notch = marks_of_plate({}, RemovedBlock{{2, 0, 0}, {3, 1, 1}});
   // Cells (0,0) (1,0) | (0,1) (1,1) (2,1) | (0,2) (1,2) (2,2); the notch's edge is at x = 2, y = 1.
-  CHECK(notch == std::vector<std::uint8_t>{0, 3, 0, 3, 3, 0, 0, 0});
+  CHECK(notch == std::vector<int>{0, 3, 0, 3, 3, 0, 0, 0});
 
   BaseMesh mesh = box({4, 1, 1});
   for (const BaseFace& face : mesh.surfaces.at("y_min"))
@@ -75,24 +77,24 @@ TEST_CASE("a notch counts three cells, an edge of a support within a face two", 
   RefinementForest forest(mesh);
   std::vector<SupportCondition> supports = {clamped("left_half"), roller("z_min", 2), roller("z_max", 2),
                                             roller("x_min", 0)};
-  CHECK(marks(forest, supports) == std::vector<std::uint8_t>{0, 2, 2, 0});
+  CHECK(marks(forest, supports) == std::vector<int>{0, 2, 2, 0});
   supports[0] = roller("left_half", 1);
-  CHECK(marks(forest, supports) == std::vector<std::uint8_t>{0, 2, 2, 0});
+  CHECK(marks(forest, supports) == std::vector<int>{0, 2, 2, 0});
 }
 
 TEST_CASE("a cell at a notch and at the rim of a clamped face counts as at the rim", "[singular_edges]") {
   // Cells (0,0) | (0,1) (1,1) (2,1) | (0,2) (1,2) (2,2); the notch's edge is at x = 1, y = 1, the clamped face at x =
   // 0.
   const RemovedBlock removed{{1, 0, 0}, {3, 1, 1}};
-  CHECK(marks_of_plate({}, removed) == std::vector<std::uint8_t>{3, 3, 3, 0, 0, 0, 0});
-  CHECK(marks_of_plate({clamped("x_min")}, removed) == std::vector<std::uint8_t>{1, 1, 3, 0, 1, 0, 0});
+  CHECK(marks_of_plate({}, removed) == std::vector<int>{3, 3, 3, 0, 0, 0, 0});
+  CHECK(marks_of_plate({clamped("x_min")}, removed) == std::vector<int>{1, 1, 3, 0, 1, 0, 0});
 }
 
 TEST_CASE("of refined cells only those that touch the edge are marked", "[singular_edges]") {
   RefinementForest forest(box({3, 3, 1}, RemovedBlock{{2, 0, 0}, {3, 1, 1}}));
   forest.refine(3, {{2, 2, 2}});  // the cell opposite to the notch
   const Mesh mesh = forest.leaf_mesh();
-  const std::vector<std::uint8_t> found = marks(forest, {});
+  const std::vector<int> found = marks(forest, {});
   int marked = 0;
   for (int cell = 0; cell < mesh.cell_count(); ++cell) {
     bool touches = false;
@@ -127,15 +129,79 @@ TEST_CASE("the exponent at an edge is that of the exact fields", "[singular_edge
   CHECK(edge_exponent(clamped, clamped, 1.5 * pi, nu) > edge_exponent(free, free, 1.5 * pi, nu));
 }
 
-TEST_CASE("a mark holds its edge's cells and exponent, and the sharper edge has the lesser mark", "[singular_edges]") {
-  for (int cells = 1; cells <= 4; ++cells)
-    for (const double exponent : {0.26, 0.5, 0.5445, 0.711, 0.999}) {
-      const std::uint8_t mark = singular_edge_mark(cells, exponent);
-      CHECK(mark != 0);
-      CHECK(cells_around_edge(mark) == cells);
-      CHECK_THAT(exponent_of_edge(mark), WithinAbs(exponent, 1.0 / 128.0 + 1e-12));
+TEST_CASE("of two edges the one with fewer cells counts, then the sharper one, then that with wider cells",
+          "[singular_edges]") {
+  const SingularEdge rim{1, 57, 90}, flat{2, 32, 90}, notch{3, 34, 54}, coarse{3, 34, 68}, sharper{3, 33, 40};
+  CHECK(counts_before(rim, flat));
+  CHECK(counts_before(flat, sharper));
+  CHECK(counts_before(sharper, coarse));
+  CHECK(counts_before(coarse, notch));
+  for (const SingularEdge& edge : {rim, flat, notch, coarse, sharper}) CHECK_FALSE(counts_before(edge, edge));
+}
+
+TEST_CASE("tetrahedra that touch a singular edge with a corner are marked, with its exponent and the angle of a cell",
+          "[singular_edges]") {
+  // The diagonals of the lattice run from low to high corners: a notch that is cut from the corner of large x and small
+  // y leaves five tetrahedra around its edge, one from that of large x and y four.
+  const bool across = GENERATE(false, true);
+  BoxMeshOptions options;
+  options.size = {4.0, 4.0, 2.0};
+  options.cells = {4, 4, 2};
+  options.shape = CellShape::tetrahedron;
+  options.removed = across ? RemovedBlock{{2, 2, 0}, {4, 4, 2}} : RemovedBlock{{2, 0, 0}, {4, 2, 2}};
+  RefinementForest forest(box_mesh(options));
+  const auto check_marks = [&] {
+    const Mesh mesh = forest.leaf_mesh();
+    const std::vector<SingularEdge> found = singular_edges_of_cells(forest.base(), forest.topology(), mesh, {}, 0.3);
+    int marked = 0;
+    for (int cell = 0; cell < mesh.cell_count(); ++cell) {
+      bool touches = false;
+      for (int corner = 0; corner < 4; ++corner)
+        touches =
+            touches || (mesh.nodes.col(mesh.cells[cell][corner]).head<2>() - Eigen::Vector2d(2.0, 2.0)).norm() < 1e-12;
+      CHECK(static_cast<bool>(found[cell]) == touches);
+      if (!touches) continue;
+      ++marked;
+      CHECK(static_cast<int>(found[cell].cells) == (across ? 2 : 3));
+      CHECK(static_cast<int>(found[cell].cell_angle) == (across ? 68 : 54));
+      CHECK_THAT(found[cell].exponent(), WithinAbs(0.54448, 1.0 / 128.0));
     }
-  CHECK(cells_around_edge(singular_edge_mark(7, 0.5)) == 4);
-  CHECK(singular_edge_mark(1, 0.9) < singular_edge_mark(2, 0.5));
-  CHECK(singular_edge_mark(3, 0.5) < singular_edge_mark(3, 0.6));
+    return marked;
+  };
+  const int marked = check_marks();
+  CHECK(marked == 2 * (across ? 12 : 15));
+  for (const int leaf : {0, 13, 30, 40}) forest.refine(leaf, {});
+  check_marks();
+  refine_uniformly(forest);
+  check_marks();
+}
+
+TEST_CASE("the rim of a clamped face in tetrahedra has the corner's exponent wherever one or two of them meet there",
+          "[singular_edges]") {
+  BoxMeshOptions options;
+  options.size = {3.0, 3.0, 3.0};
+  options.cells = {3, 3, 3};
+  options.shape = CellShape::tetrahedron;
+  const RefinementForest forest(box_mesh(options));
+  const Mesh mesh = forest.leaf_mesh();
+  const std::vector<SingularEdge> found = singular_edges_of_cells(
+      forest.base(), forest.topology(), mesh, {clamped("z_min"), roller("x_min", 0), roller("y_max", 1)}, 0.3);
+  std::map<int, int> angles;
+  for (int cell = 0; cell < mesh.cell_count(); ++cell) {
+    bool touches = false;
+    for (int corner = 0; corner < 4; ++corner) {
+      const Eigen::Vector3d X = mesh.nodes.col(mesh.cells[cell][corner]);
+      touches = touches || (X.z() == 0.0 && (X.x() == 3.0 || X.y() == 0.0));
+    }
+    CHECK(static_cast<bool>(found[cell]) == touches);
+    if (!touches) continue;
+    CHECK(found[cell].cells == 1);
+    CHECK_THAT(found[cell].exponent(), WithinAbs(0.7112, 1.0 / 128.0));
+    ++angles[found[cell].cell_angle];
+  }
+  CHECK(angles.size() == 2);
+  CHECK(angles.contains(45));
+  CHECK(angles.contains(90));
+  CHECK(singular_edges_of_cells(forest.base(), forest.topology(), mesh, {roller("x_min", 0)}, 0.3) ==
+        std::vector<SingularEdge>(mesh.cells.size()));
 }
