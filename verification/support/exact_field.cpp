@@ -181,7 +181,7 @@ TetrahedronSums integrate_tetrahedron(const Discretization& d, const ExactField&
     return exact.singular_line && (X.col(corner).head<2>() - *exact.singular_line).norm() < 1e-9 * X.norm();
   };
   std::array<int, 4> order = {0, 1, 2, 3};  // those on the line first
-  const auto touching = std::ranges::stable_partition(order, on_line).begin() - order.begin();
+  const auto touching = std::stable_partition(order.begin(), order.end(), on_line) - order.begin();
   if (touching > 2) throw std::invalid_argument("true_error: a tetrahedron has three corners on the singular line");
   const double six_volumes = std::abs((X.col(1) - X.col(0)).dot((X.col(2) - X.col(0)).cross(X.col(3) - X.col(0))));
   const int power = touching > 0 ? 4 : 1;
