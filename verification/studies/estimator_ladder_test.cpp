@@ -25,7 +25,7 @@ TEST_CASE(
 }
 
 TEST_CASE("a graded reference knows the error to what it says", "[holdout]") {
-  // The paper's L-shape: its energy is known from graded cubic meshes (lshape_rung in estimator_ladder.cpp).
+  // The paper's L-shape: its energy is known from graded cubic meshes (lshape_rung in estimator_rungs.cpp).
   std::vector<HoldoutProblem> problems = known_holdout_problems();
   HoldoutProblem& l_shape = *std::ranges::find(problems, "L-shape, nu 0.2", &HoldoutProblem::name);
   l_shape.problem.material.poisson_ratio = 0.3;
