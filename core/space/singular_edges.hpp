@@ -25,7 +25,7 @@ namespace finegauge {
 struct SingularEdge {
   /// Base cells around the edge, tetrahedra by twos: 1 at a convex edge, 2 at a flat one, 3 in a notch, 4 (or more) at
   /// a crack; 0: there is no edge. Hexahedra that are wider than 5π/9 in the mean count as one, since they follow the
-  /// field no better than a single one.
+  /// field no better than a single one. Of tetrahedra a notch may have two as well.
   std::uint8_t cells = 0;
   std::uint8_t exponent_64ths = 0;  ///< λ, rounded down
   std::uint8_t cell_angle = 0;      ///< of the material, in a base cell around the edge in the mean [degrees]
