@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "core/space/free_surface.hpp"
 #include "core/space/transfer.hpp"
 #include "core/stopwatch.hpp"
 
@@ -23,6 +24,8 @@ StaticSolution solve_static(const RefinementForest& forest, Discretization discr
   StaticSolution solution;
   Stopwatch watch;
   solution.discretization = std::move(discretization);
+  solution.discretization.free_surface =
+      find_free_surface(forest, solution.discretization, problem.supports, problem.loads);
   const Discretization& d = solution.discretization;
   const MeshHierarchy hierarchy = build_hierarchy(forest, d, problem.supports);
   solution.multigrid_levels = 1 + static_cast<int>(hierarchy.coarse.size());

@@ -65,8 +65,8 @@ std::string what_is_missing(const Scene& scene) {
   if (box.shape == CellShape::tetrahedron && (scene.dynamics || material.kinematics != Kinematics::linear))
     return "has hexahedra, or linear kinematics and is at rest";
   if (*std::min_element(box.cells.begin(), box.cells.end()) < 2) return "has two cells or more along each axis";
-  if (box.shape == CellShape::tetrahedron && material.poisson_ratio > 0.4)
-    return "has hexahedra, or a Poisson ratio of at most 0.4, above which tetrahedra lock";
+  if (box.shape == CellShape::tetrahedron && material.poisson_ratio > 0.35)
+    return "has hexahedra, or a Poisson ratio of at most 0.35, above which tetrahedra lock";
   if (material.dilatation == Dilatation::standard && material.poisson_ratio > 0.45)
     return "has a Poisson ratio of at most 0.45, or the mean dilatation";
   if (!scene.attachments.empty()) return "is held on surfaces";

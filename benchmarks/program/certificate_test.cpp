@@ -122,7 +122,7 @@ TEST_CASE("each kind of scene has the range of its own rungs", "[certificate]") 
   scene.dynamics.emplace();
   check_range(scene, ProblemKind::moving);
   // The kinds do differ, or this shows nothing.
-  CHECK(effectivity_range(ProblemKind::tetrahedra)->low < effectivity_range(ProblemKind::hexahedra)->low);
+  CHECK(rungs_of(ProblemKind::tetrahedra) != rungs_of(ProblemKind::hexahedra));
   CHECK(effectivity_range(ProblemKind::moving)->low < effectivity_range(ProblemKind::rotated)->low);
 }
 
@@ -156,10 +156,10 @@ TEST_CASE("a scene unlike the rungs has no range, and a reason", "[certificate]"
   check_refused(scene, "has hexahedra");
   scene = box_scene();
   std::get<BoxMeshOptions>(scene.geometry).shape = CellShape::tetrahedron;
-  scene.material.poisson_ratio = 0.4;
+  scene.material.poisson_ratio = 0.35;
   CHECK(certified_range(scene, 0.1, true));
-  scene.material.poisson_ratio = 0.41;
-  check_refused(scene, "at most 0.4, above which");
+  scene.material.poisson_ratio = 0.36;
+  check_refused(scene, "at most 0.35, above which");
   scene = box_scene();
   scene.attachments.emplace_back();
   check_refused(scene, "is held on surfaces");

@@ -147,13 +147,19 @@ struct EdgeWeights {
   double share_of_energy;  ///< c
 };
 
+EdgeWeights edge_weights_of_tetrahedron(const SingularEdge& edge) {
+  const auto of = [&](const TetrahedronWeights& by_place) {
+    return edge.lies_along ? by_place.along : by_place.at_corner;
+  };
+  if (edge.cells == 1)
+    return {of(share_of_rim_gain) * std::exp(4.1 - 5.28 * edge.exponent()), rim_energy_share(edge.exponent())};
+  return {(edge.within ? of(within_notch) : on_face_of_notch) - 1.0, tetrahedra_notch_energy_share};
+}
+
 EdgeWeights edge_weights(const SingularEdge& edge, const Material& material, CellShape shape) {
   if (!edge) return {0.0, 0.0};
+  if (shape == CellShape::tetrahedron) return edge_weights_of_tetrahedron(edge);
   const bool rim = edge.cells == 1;
-  if (shape == CellShape::tetrahedron)
-    return rim ? EdgeWeights{tetrahedra_rim_weight(edge.exponent()) - 1.0,
-                             tetrahedra_rim_share * rim_energy_share(edge.exponent())}
-               : EdgeWeights{tetrahedra_notch_weight(edge.cell_angle) - 1.0, tetrahedra_notch_energy_share};
   const double gain = singular_edge_weights[static_cast<std::size_t>(edge.cells) - 1] - 1.0;
   if (!rim) return {gain, notch_energy_share};
   const double locking = material.dilatation == Dilatation::mean ? rim_share_of_mean_dilatation : 1.0;
@@ -216,10 +222,6 @@ ErrorEstimate estimate_error_by(const Discretization& d, const CellStresses& str
 }  // namespace
 
 double rim_energy_share(double exponent) { return std::exp(8.0 - 15.2 * exponent); }
-
-double tetrahedra_notch_weight(int cell_angle) { return cell_angle < 58 ? 2.0 : 3.0; }
-
-double tetrahedra_rim_weight(double exponent) { return 1.0 + std::exp(4.1 - 5.28 * exponent); }
 
 ErrorEstimate estimate_error_spr(const Discretization& d, const Eigen::Matrix3Xd& u) {
   return estimate_error(d, u, Estimator::spr);

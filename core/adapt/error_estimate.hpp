@@ -46,17 +46,20 @@ ErrorEstimate estimate_error_spr(const Discretization& d, const Eigen::Matrix3Xd
 /// cracks and the edges of flat supports have 0.1 to 0.27.
 ///
 /// Tetrahedra: two thirds of the error lie in those that touch the edge, half of that in those that do with a corner
-/// alone. How much the recovery finds hangs on how many share the angle: in a notch of 3π/2 w is 1.7 to 1.9 with five
-/// or six around it and 2.7 with four; at a crack 1.5 to 2.1 with eight, 2.5 with six. At a clamped rim it is that of
-/// λ, from 1.5 (λ = 0.87) to 3.1 (0.62), and c is 0.7 times that of hexahedra where two tetrahedra share the right
-/// angle and twice where it is one, which c bounds.
+/// alone, and what is found of it hangs on where in the angle one lies. At a notch those on its faces show nearly all
+/// of theirs; those between make up most of the mean that the recovery gives the edge and show a tenth (with an edge
+/// there) or a quarter of their squares, of which c is the bound. At a clamped rim all lie on a face; w - 1 follows λ,
+/// and is less where only a corner touches the rim.
 inline constexpr std::array<double, 4> singular_edge_weights = {5.1, 2.4, 2.5, 1.85};
 inline constexpr double notch_energy_share = 0.25, rim_share_of_mean_dilatation = 0.75;
 double rim_energy_share(double exponent);  ///< c
-/// w in tetrahedra at notches by the mean angle of one of those around the edge [degrees], at rims by λ.
-double tetrahedra_notch_weight(int cell_angle);
-double tetrahedra_rim_weight(double exponent);
-inline constexpr double tetrahedra_notch_energy_share = 0.75, tetrahedra_rim_share = 2.0;
+/// Of a tetrahedron with an edge along the singular one, and of one that touches it with a corner.
+struct TetrahedronWeights {
+  double along, at_corner;
+};
+inline constexpr TetrahedronWeights within_notch = {12.0, 4.0};                        ///< w
+inline constexpr double on_face_of_notch = 1.25, tetrahedra_notch_energy_share = 0.5;  ///< w, c
+inline constexpr TetrahedronWeights share_of_rim_gain = {1.0, 0.3};                    ///< of exp(4.1 - 5.28 λ)
 ErrorEstimate estimate_error(const Discretization& d, const Eigen::Matrix3Xd& u, Estimator estimator);
 
 }  // namespace finegauge

@@ -6,6 +6,7 @@
 
 #include "core/adapt/patch_polynomial.hpp"
 #include "core/parallel/for_parts.hpp"
+#include "core/space/free_surface.hpp"
 
 namespace finegauge {
 
@@ -180,8 +181,20 @@ Patches patches_of(const Discretization& d) {
 
 constexpr int least_per_thread = worth_a_thread(500);  // cells or nodes
 
-/// Nodal values of stresses at the centres of the cells.
-VoigtColumns recover(const Discretization& d, const Patches& patches, const VoigtColumns& at_centres, PatchBasis most) {
+/// Makes the stress at each node of the free surface P σ P.
+void free_tractions(const FreeSurface& surface, const std::vector<Eigen::Matrix3d>& directions, VoigtColumns& nodal) {
+  for (std::size_t k = 0; k < directions.size(); ++k) {
+    auto s = nodal.col(surface.nodes[k]);
+    Eigen::Matrix3d sigma;
+    sigma << s[0], s[3], s[5], s[3], s[1], s[4], s[5], s[4], s[2];
+    sigma = directions[k] * sigma * directions[k];
+    s << sigma(0, 0), sigma(1, 1), sigma(2, 2), sigma(0, 1), sigma(1, 2), sigma(0, 2);
+  }
+}
+
+/// Nodal values of stresses at the centres of the cells. `free_directions` may be empty: then no traction is known.
+VoigtColumns recover(const Discretization& d, const Patches& patches, const VoigtColumns& at_centres, PatchBasis most,
+                     const std::vector<Eigen::Matrix3d>& free_directions) {
   const Mesh& mesh = d.mesh;
   const Sources& sources = patches.sources;
   // Only polynomials that other nodes evaluate are kept.
@@ -219,6 +232,7 @@ VoigtColumns recover(const Discretization& d, const Patches& patches, const Voig
                                         at_centres, Eigen::Matrix3d::Identity(), PatchBasis::linear)(X);
     }
   });
+  free_tractions(d.free_surface, free_directions, nodal);
   const HangingNodes& T = d.hanging;
   for (int node = 0; node < mesh.node_count(); ++node) {
     if (!T.hangs(node)) continue;
@@ -258,16 +272,23 @@ CellStresses cell_stresses(const Discretization& d, const Eigen::Matrix3Xd& u) {
       stresses.quadrature.middleCols(static_cast<Eigen::Index>(cell) * points, points) = at_points.leftCols(points);
     }
   });
+  if (d.free_surface.nodes.empty()) return stresses;
+  const Eigen::Matrix3Xd x = material.kinematics == Kinematics::linear ? mesh.nodes : Eigen::Matrix3Xd(mesh.nodes + u);
+  for (std::size_t k = 0; k < d.free_surface.nodes.size(); ++k)
+    stresses.free_directions.push_back(free_directions(d.free_surface, k, x));
   return stresses;
 }
 
 VoigtColumns recover_stress_spr(const Discretization& d, const CellStresses& stresses, PatchBasis most) {
-  return recover(d, patches_of(d), stresses.centre, most);
+  return recover(d, patches_of(d), stresses.centre, most, {});
 }
 
 VoigtColumns recover_stress_twice(const Discretization& d, const CellStresses& stresses) {
   const Patches patches = patches_of(d);
-  VoigtColumns once = recover(d, patches, stresses.centre, PatchBasis::trilinear);
+  const auto recover_once = [&](const VoigtColumns& at_centres) {
+    return recover(d, patches, at_centres, PatchBasis::trilinear, stresses.free_directions);
+  };
+  const VoigtColumns once = recover_once(stresses.centre);
   const int corners = corner_count(d.mesh.shape);
   VoigtColumns recovered(6, d.mesh.cell_count());
   for (int cell = 0; cell < d.mesh.cell_count(); ++cell) {
@@ -275,7 +296,7 @@ VoigtColumns recover_stress_twice(const Discretization& d, const CellStresses& s
     for (int c = 0; c < corners; ++c) sum += once.col(d.mesh.cells[cell][c]);
     recovered.col(cell) = sum / corners;
   }
-  return 2.0 * once - recover(d, patches, recovered, PatchBasis::trilinear);
+  return 2.0 * once - recover_once(recovered);
 }
 
 }  // namespace finegauge

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <vector>
 
 #include "core/elasticity/cell_geometry.hpp"
@@ -24,6 +25,13 @@ struct CellScatter {
   std::vector<int> regular, hanging;    ///< cells without and with a hanging corner, ascending
 };
 
+/// Nodes of the boundary at which the stress is known to have no traction (find_free_surface in free_surface.hpp).
+struct FreeSurface {
+  std::vector<int> nodes;                 ///< ascending
+  std::vector<int> face_start;            ///< nodes + 1, into `faces`
+  std::vector<std::array<int, 3>> faces;  ///< the free faces of leaves around each node, by their nodes
+};
+
 /// All that follows from a mesh, a material, the supports and the springs, and from nothing else. Built as one value
 /// and replaced whole when the forest changes.
 struct Discretization {
@@ -35,6 +43,7 @@ struct Discretization {
   CellScatter scatter;
   Springs springs;                          ///< empty where there are none
   std::vector<SingularEdge> singular_edge;  ///< per cell
+  FreeSurface free_surface;                 ///< empty until who knows the loads sets it
 
   int dof_count() const { return 3 * hanging.reduced_count(); }  ///< the paper's count: prescribed ones included
 };

@@ -84,17 +84,23 @@ double angle_at(const BaseMesh& base, int cell, int edge) {
   return std::atan2(aside[0].cross(aside[1]).norm(), aside[0].dot(aside[1]));
 }
 
+/// A face of the boundary.
+struct OuterFace {
+  int face;
+  FaceHold hold;
+};
+
 /// What meets at each base edge.
 struct EdgeSurroundings {
-  std::vector<std::vector<FaceHold>> faces;  ///< of the boundary; none inside of the body
-  std::vector<double> angle;                 ///< of the material [rad], where there are faces
+  std::vector<std::vector<OuterFace>> faces;  ///< none inside of the body
+  std::vector<double> angle;                  ///< of the material [rad], where there are faces
 };
 
 EdgeSurroundings edge_surroundings(const BaseMesh& base, const BaseTopology& topology,
                                    const std::vector<SupportCondition>& supports) {
   const Holds holds(base, supports);
   const std::size_t edges = topology.edges.size();
-  EdgeSurroundings around{std::vector<std::vector<FaceHold>>(edges), std::vector<double>(edges, 0.0)};
+  EdgeSurroundings around{std::vector<std::vector<OuterFace>>(edges), std::vector<double>(edges, 0.0)};
   for (const auto& [first, second] : topology.face_cells) {
     if (second.cell >= 0) continue;
     const auto& corners = face_corners(base.shape, first.face);
@@ -102,7 +108,8 @@ EdgeSurroundings edge_surroundings(const BaseMesh& base, const BaseTopology& top
     for (int edge = 0; edge < edge_count(base.shape); ++edge) {
       const auto& ends = edge_corners(base.shape, edge);
       if (std::ranges::find(corners, ends[0]) != corners.end() && std::ranges::find(corners, ends[1]) != corners.end())
-        around.faces[topology.cell_edges[first.cell][edge]].push_back(hold);
+        around.faces[topology.cell_edges[first.cell][edge]].push_back(
+            {topology.cell_faces[first.cell][first.face].face, hold});
     }
   }
   for (int cell = 0; cell < static_cast<int>(base.cells.size()); ++cell)
@@ -113,26 +120,24 @@ EdgeSurroundings edge_surroundings(const BaseMesh& base, const BaseTopology& top
 }
 
 SingularEdge singular_edge(CellShape shape, int count, double angle, double exponent) {
-  constexpr double degree = std::numbers::pi / 180.0;
   const int cells = shape == CellShape::tetrahedron ? (count + 1) / 2 : angle > widest_cell * count ? 1 : count;
   return {static_cast<std::uint8_t>(std::clamp(cells, 1, 4)),
-          static_cast<std::uint8_t>(std::clamp(static_cast<int>(64.0 * exponent), 1, 63)),
-          static_cast<std::uint8_t>(std::clamp(std::lround(angle / count / degree), 1L, 180L))};
+          static_cast<std::uint8_t>(std::clamp(static_cast<int>(64.0 * exponent), 1, 63))};
 }
 
 /// Per base edge; none where it is not singular.
 std::vector<SingularEdge> singular_base_edges(const BaseMesh& base, const BaseTopology& topology,
-                                              const std::vector<SupportCondition>& supports, double poisson_ratio) {
-  const EdgeSurroundings around = edge_surroundings(base, topology, supports);
+                                              const EdgeSurroundings& around, double poisson_ratio) {
   std::vector<SingularEdge> singular(topology.edges.size());
   for (std::size_t edge = 0; edge < singular.size(); ++edge) {
-    const std::vector<FaceHold>& faces = around.faces[edge];
+    const std::vector<OuterFace>& faces = around.faces[edge];
     if (faces.empty()) continue;
     // Where more than two faces meet, bodies touch in an edge only: a hinge, singular in any case.
     const bool hinge = faces.size() != 2;
-    if (!hinge && !is_singular(faces[0], faces[1], around.angle[edge], poisson_ratio)) continue;
+    if (!hinge && !is_singular(faces[0].hold, faces[1].hold, around.angle[edge], poisson_ratio)) continue;
     const int count = topology.edge_cell_start[edge + 1] - topology.edge_cell_start[edge];
-    const double exponent = hinge ? 0.5 : edge_exponent(faces[0], faces[1], around.angle[edge], poisson_ratio);
+    const double exponent =
+        hinge ? 0.5 : edge_exponent(faces[0].hold, faces[1].hold, around.angle[edge], poisson_ratio);
     singular[edge] = singular_edge(base.shape, count, around.angle[edge], exponent);
   }
   return singular;
@@ -164,18 +169,72 @@ std::vector<SingularEdge> of_hexahedra(const BaseTopology& topology, const Mesh&
   return cells;
 }
 
-std::vector<SingularEdge> of_tetrahedra(const BaseMesh& base, const BaseTopology& topology, const Mesh& mesh,
-                                        const std::vector<SingularEdge>& of_edges) {
+/// Base entities by their dimension and number.
+using EntityMarks = std::array<std::vector<std::uint8_t>, 3>;
+
+/// The faces that meet at singular edges with all their edges and vertices. Rollers do not count: their mirror puts
+/// what touches them in the middle of the body.
+EntityMarks faces_at_edges(const BaseMesh& base, const BaseTopology& topology, const EdgeSurroundings& around,
+                           const std::vector<SingularEdge>& of_edges) {
+  EntityMarks marks;
+  marks[0].assign(static_cast<std::size_t>(base.nodes.cols()), 0);
+  marks[1].assign(topology.edges.size(), 0);
+  marks[2].assign(topology.faces.size(), 0);
+  for (std::size_t edge = 0; edge < of_edges.size(); ++edge)
+    if (of_edges[edge])
+      for (const OuterFace& outer : around.faces[edge])
+        if (outer.hold != FaceHold::roller) marks[2][outer.face] = 1;
+  for (std::size_t face = 0; face < topology.faces.size(); ++face) {
+    if (!marks[2][face]) continue;
+    const auto& [cell, local] = topology.face_cells[face][0];
+    const auto& corners = face_corners(base.shape, local);
+    for (int k = 0; k < face_corner_count(base.shape); ++k) marks[0][base.cells[cell][corners[k]]] = 1;
+    for (int edge = 0; edge < edge_count(base.shape); ++edge) {
+      const auto& ends = edge_corners(base.shape, edge);
+      if (std::ranges::find(corners, ends[0]) != corners.end() && std::ranges::find(corners, ends[1]) != corners.end())
+        marks[1][topology.cell_edges[cell][edge]] = 1;
+    }
+  }
+  return marks;
+}
+
+/// Per base vertex, of the edges that end there the one that counts.
+std::vector<SingularEdge> singular_vertices(const BaseMesh& base, const BaseTopology& topology,
+                                            const std::vector<SingularEdge>& of_edges) {
   std::vector<SingularEdge> of_vertices(static_cast<std::size_t>(base.nodes.cols()));
   for (std::size_t edge = 0; edge < of_edges.size(); ++edge)
     for (const int end : topology.edges[edge]) keep_first(of_vertices[end], of_edges[edge]);
+  return of_vertices;
+}
+
+/// Of a node, by what it lies on.
+SingularEdge edge_at(const NodeIdentity& identity, const std::vector<SingularEdge>& of_vertices,
+                     const std::vector<SingularEdge>& of_edges) {
+  const int dimension = entity_dimension(identity), index = entity_index(identity);
+  return dimension == 0 ? of_vertices[index] : dimension == 1 ? of_edges[index] : SingularEdge{};
+}
+
+std::vector<SingularEdge> of_tetrahedra(const BaseMesh& base, const BaseTopology& topology, const Mesh& mesh,
+                                        const EdgeSurroundings& around, const std::vector<SingularEdge>& of_edges) {
+  const std::vector<SingularEdge> of_vertices = singular_vertices(base, topology, of_edges);
+  const EntityMarks on_faces = faces_at_edges(base, topology, around, of_edges);
   std::vector<SingularEdge> cells(mesh.cells.size());
-  for (int cell = 0; cell < mesh.cell_count(); ++cell)
+  for (int cell = 0; cell < mesh.cell_count(); ++cell) {
+    int there = 0, beside = 0;
     for (int corner = 0; corner < 4; ++corner) {
       const NodeIdentity& identity = mesh.identities[mesh.cells[cell][corner]];
-      const int dimension = entity_dimension(identity), index = entity_index(identity);
-      if (dimension <= 1) keep_first(cells[cell], dimension == 0 ? of_vertices[index] : of_edges[index]);
+      const int dimension = entity_dimension(identity);
+      if (const SingularEdge found = edge_at(identity, of_vertices, of_edges)) {
+        keep_first(cells[cell], found);
+        ++there;
+      } else if (dimension < 3 && on_faces[static_cast<std::size_t>(dimension)][entity_index(identity)]) {
+        ++beside;
+      }
     }
+    if (!cells[cell]) continue;
+    cells[cell].lies_along = there > 1;
+    cells[cell].within = beside == 0;
+  }
   return cells;
 }
 
@@ -190,8 +249,7 @@ double exponent_residual(FaceHold a, FaceHold b, double angle, double poisson_ra
 
 bool counts_before(const SingularEdge& a, const SingularEdge& b) {
   if (a.cells != b.cells) return a.cells < b.cells;
-  if (a.exponent_64ths != b.exponent_64ths) return a.exponent_64ths < b.exponent_64ths;
-  return a.cell_angle > b.cell_angle;
+  return a.exponent_64ths < b.exponent_64ths;
 }
 
 double edge_exponent(FaceHold a, FaceHold b, double angle, double poisson_ratio) {
@@ -218,12 +276,24 @@ double edge_exponent(FaceHold a, FaceHold b, double angle, double poisson_ratio)
 std::vector<SingularEdge> singular_edges_of_cells(const BaseMesh& base, const BaseTopology& topology, const Mesh& mesh,
                                                   const std::vector<SupportCondition>& supports, double poisson_ratio) {
   if (!base.body) {
-    const std::vector<SingularEdge> of_edges = singular_base_edges(base, topology, supports, poisson_ratio);
+    const EdgeSurroundings around = edge_surroundings(base, topology, supports);
+    const std::vector<SingularEdge> of_edges = singular_base_edges(base, topology, around, poisson_ratio);
     if (std::ranges::any_of(of_edges, [](const SingularEdge& edge) { return static_cast<bool>(edge); }))
       return mesh.shape == CellShape::hexahedron ? of_hexahedra(topology, mesh, of_edges)
-                                                 : of_tetrahedra(base, topology, mesh, of_edges);
+                                                 : of_tetrahedra(base, topology, mesh, around, of_edges);
   }
   return std::vector<SingularEdge>(mesh.cells.size());
+}
+
+std::vector<std::uint8_t> nodes_on_singular_edges(const BaseMesh& base, const BaseTopology& topology, const Mesh& mesh,
+                                                  const std::vector<SupportCondition>& supports, double poisson_ratio) {
+  const std::vector<SingularEdge> of_edges =
+      singular_base_edges(base, topology, edge_surroundings(base, topology, supports), poisson_ratio);
+  const std::vector<SingularEdge> of_vertices = singular_vertices(base, topology, of_edges);
+  std::vector<std::uint8_t> nodes(mesh.identities.size());
+  for (std::size_t node = 0; node < nodes.size(); ++node)
+    nodes[node] = static_cast<bool>(edge_at(mesh.identities[node], of_vertices, of_edges));
+  return nodes;
 }
 
 }  // namespace finegauge

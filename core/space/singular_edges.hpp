@@ -28,19 +28,24 @@ struct SingularEdge {
   /// field no better than a single one. Of tetrahedra a notch may have two as well.
   std::uint8_t cells = 0;
   std::uint8_t exponent_64ths = 0;  ///< λ, rounded down
-  std::uint8_t cell_angle = 0;      ///< of the material, in a base cell around the edge in the mean [degrees]
+  bool lies_along = false;          ///< a tetrahedron with an edge there, not with a corner alone
+  bool within = false;  ///< a tetrahedron with no other corner on the base faces that meet there, rollers apart
 
   double exponent() const { return (exponent_64ths + 0.5) / 64.0; }  ///< λ, in (0, 1)
   explicit operator bool() const { return cells != 0; }
   bool operator==(const SingularEdge&) const = default;
 };
 /// Whether of two edges that a cell touches the first one counts: the one with the fewest cells, of these that with the
-/// least λ, of these that with the widest cells.
+/// least λ.
 bool counts_before(const SingularEdge& a, const SingularEdge& b);
 
 /// Per leaf the edge that it touches: a hexahedron with an edge of its own, a tetrahedron with a corner, since those
 /// that wedge in between the ones with edges there see the same stress and are twice as many. None in immersed bodies.
 std::vector<SingularEdge> singular_edges_of_cells(const BaseMesh& base, const BaseTopology& topology, const Mesh& mesh,
+                                                  const std::vector<SupportCondition>& supports, double poisson_ratio);
+
+/// Per node whether it lies on one.
+std::vector<std::uint8_t> nodes_on_singular_edges(const BaseMesh& base, const BaseTopology& topology, const Mesh& mesh,
                                                   const std::vector<SupportCondition>& supports, double poisson_ratio);
 
 /// What holds the two faces that meet at an edge.

@@ -204,11 +204,11 @@ KindRow rotated_row(const std::string& rung, const BoxMeshOptions& options, cons
 std::optional<EffectivityRange> effectivity_range(ProblemKind kind) {
   switch (kind) {
     case ProblemKind::hexahedra:
+    case ProblemKind::tetrahedra:
     case ProblemKind::cut_cells:
     case ProblemKind::rotated:
       return EffectivityRange{0.95, 1.15};
     case ProblemKind::moving:
-    case ProblemKind::tetrahedra:  // 0.91 where some of those at an edge are refined and some are not
       return EffectivityRange{0.9, 1.15};
     case ProblemKind::line_force:
       break;

@@ -218,19 +218,27 @@ std::vector<LadderRung> tetrahedra_rungs() {
   rungs.push_back(notch_rung("notch, opening, turned", opening, 8, 0, 0.3, tetrahedra_turned));
   rungs.push_back(notch_rung("notch, opening, refined", opening, 4, 4, 0.3, tetrahedra));
   rungs.push_back(notch_rung("notch, sliding", sliding, 8, 0, 0.3, tetrahedra));
+  rungs.push_back(notch_rung("notch, opening, turned, refined", opening, 8, 3, 0.3, tetrahedra_turned));
   rungs.push_back(notch_rung("notch, sliding, turned", sliding, 8, 0, 0.3, tetrahedra_turned));
+  rungs.push_back(notch_rung("notch, sliding, refined", sliding, 8, 3, 0.3, tetrahedra));
+  rungs.push_back(notch_rung("notch, sliding, nu 0.35", sliding, 8, 0, 0.35, tetrahedra));
   rungs.push_back(crack_rung("crack", 8, 0, shape));
   for (const auto& [nu, text] : {std::pair{0.2, "0.2"}, {0.3, "0.3"}, {0.4, "0.4"}})
     for (const Lattice lattice : {tetrahedra, tetrahedra_turned})
       rungs.push_back(rim_rung(std::string("clamped rim, nu ") + text + (lattice == tetrahedra ? "" : ", turned"), 8, 0,
                                nu, lattice));
   rungs.push_back(rim_rung("clamped rim, refined", 8, 3, 0.3, tetrahedra));
+  rungs.push_back(rim_rung("clamped rim, turned, refined", 8, 3, 0.3, tetrahedra_turned));
   rungs.push_back(lshape_rung(4, 0, shape));
   rungs.push_back(lshape_rung(8, 0, shape));
   rungs.back().name += ", n = 8";
   rungs.push_back(lshape_rung(4, 3, shape));
   rungs.back().name += ", refined";
-  rungs.push_back(block_rung("clamped block", 8, 0.3, pulled_block_energy, shape));
+  for (const int refinements : {0, 3}) {
+    rungs.push_back(
+        block_rung(refinements == 0 ? "clamped block" : "clamped block, refined", 8, 0.3, pulled_block_energy, shape));
+    rungs.back().refinements = refinements;
+  }
   return rungs;
 }
 
