@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "core/solve/anderson_mixing.hpp"
-#include "core/space/free_surface.hpp"
 #include "core/space/lumped_mass.hpp"
 #include "core/tissue_forces.hpp"
 
@@ -92,7 +91,6 @@ TissueMesh build_tissue_mesh(const RefinementForest& forest, const TissueProblem
 TissueMesh build_tissue_mesh(const RefinementForest& forest, Mesh leaves, const TissueProblem& problem) {
   TissueMesh mesh;
   mesh.d = discretize(forest, std::move(leaves), problem.material, problem.supports, problem.springs);
-  mesh.d.free_surface = find_free_surface(forest, mesh.d, problem.supports, problem.loads);
   mesh.mass = lumped_mass(mesh.d, problem.density);
   mesh.loads = reduce_forces(mesh.d.hanging, nodal_loads(forest.base(), mesh.d.mesh, problem.loads, problem.body));
   // By the lumped mass, not by integration: every node then falls alike, whatever the mesh.

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/parallel/for_parts.hpp"
+#include "core/space/free_surface.hpp"
 
 namespace finegauge {
 
@@ -152,8 +153,9 @@ EdgeWeights edge_weights_of_tetrahedron(const SingularEdge& edge) {
     return edge.lies_along ? by_place.along : by_place.at_corner;
   };
   if (edge.cells == 1)
-    return {of(share_of_rim_gain) * std::exp(4.1 - 5.28 * edge.exponent()), rim_energy_share(edge.exponent())};
-  return {(edge.within ? of(within_notch) : on_face_of_notch) - 1.0, tetrahedra_notch_energy_share};
+    return {of(share_of_rim_gain) * std::exp(4.1 - 5.28 * edge.exponent()),
+            tetrahedra_share_of_rim * rim_energy_share(edge.exponent())};
+  return {(edge.within ? of(within_notch) : on_face_of_notch) - 1.0, tetrahedra_notch_energy_share(edge.exponent())};
 }
 
 EdgeWeights edge_weights(const SingularEdge& edge, const Material& material, CellShape shape) {
@@ -223,15 +225,18 @@ ErrorEstimate estimate_error_by(const Discretization& d, const CellStresses& str
 
 double rim_energy_share(double exponent) { return std::exp(8.0 - 15.2 * exponent); }
 
+double tetrahedra_notch_energy_share(double exponent) { return std::exp(2.4 - 6.0 * exponent); }
+
 ErrorEstimate estimate_error_spr(const Discretization& d, const Eigen::Matrix3Xd& u) {
   return estimate_error(d, u, Estimator::spr);
 }
 
 ErrorEstimate estimate_error(const Discretization& d, const Eigen::Matrix3Xd& u, Estimator estimator) {
   const CellStresses stresses = cell_stresses(d, u);
-  return estimate_error_by(
-      d, stresses, estimator == Estimator::spr ? recover_stress_spr(d, stresses) : recover_stress_twice(d, stresses),
-      estimator);
+  return estimate_error_by(d, stresses,
+                           estimator == Estimator::spr ? recover_stress_spr(d, stresses)
+                                                       : recover_stress_twice(d, stresses, free_directions(d, u)),
+                           estimator);
 }
 
 }  // namespace finegauge

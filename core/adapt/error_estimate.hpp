@@ -24,7 +24,8 @@ struct ErrorEstimate {
 /// How the error is estimated.
 enum class Estimator {
   spr,       ///< superconvergent patch recovery, as the paper has it
-  spr_edges  ///< the same of a stress recovered twice over, with the cells at singular edges weighted
+  spr_edges  ///< the same of a stress recovered twice over, in tetrahedra without traction on free surfaces, with the
+             ///< cells at singular edges weighted
 };
 
 /// The share along axis i is the energy of the part of σ_h - σ_s that is odd in the natural coordinate i: the strain
@@ -46,10 +47,11 @@ ErrorEstimate estimate_error_spr(const Discretization& d, const Eigen::Matrix3Xd
 /// cracks and the edges of flat supports have 0.1 to 0.27.
 ///
 /// Tetrahedra: two thirds of the error lie in those that touch the edge, half of that in those that do with a corner
-/// alone, and what is found of it hangs on where in the angle one lies. At a notch those on its faces show nearly all
-/// of theirs; those between make up most of the mean that the recovery gives the edge and show a tenth (with an edge
-/// there) or a quarter of their squares, of which c is the bound. At a clamped rim all lie on a face; w - 1 follows λ,
-/// and is less where only a corner touches the rim.
+/// alone, and what is found of it hangs on where in the angle one lies. At a notch those on its faces show most of
+/// theirs; those between make up most of the mean that the recovery gives the edge and show a tenth of their squares
+/// (with an edge there; c is then all that bounds what is added) or a third. At a clamped rim of one or two all lie
+/// on a face; w - 1 follows λ, and is less where only a corner touches the rim. A rim that three or more share is
+/// weighed as a notch: of that no field was tried.
 inline constexpr std::array<double, 4> singular_edge_weights = {5.1, 2.4, 2.5, 1.85};
 inline constexpr double notch_energy_share = 0.25, rim_share_of_mean_dilatation = 0.75;
 double rim_energy_share(double exponent);  ///< c
@@ -57,9 +59,11 @@ double rim_energy_share(double exponent);  ///< c
 struct TetrahedronWeights {
   double along, at_corner;
 };
-inline constexpr TetrahedronWeights within_notch = {12.0, 4.0};                        ///< w
-inline constexpr double on_face_of_notch = 1.25, tetrahedra_notch_energy_share = 0.5;  ///< w, c
-inline constexpr TetrahedronWeights share_of_rim_gain = {1.0, 0.3};                    ///< of exp(4.1 - 5.28 λ)
+inline constexpr TetrahedronWeights within_notch = {20.0, 3.0};      ///< w
+inline constexpr double on_face_of_notch = 1.6;                      ///< w
+inline constexpr TetrahedronWeights share_of_rim_gain = {1.5, 0.4};  ///< of exp(4.1 - 5.28 λ) in w - 1
+inline constexpr double tetrahedra_share_of_rim = 1.5;               ///< of hexahedra's c
+double tetrahedra_notch_energy_share(double exponent);               ///< c
 ErrorEstimate estimate_error(const Discretization& d, const Eigen::Matrix3Xd& u, Estimator estimator);
 
 }  // namespace finegauge

@@ -6,7 +6,6 @@
 
 #include "core/adapt/patch_polynomial.hpp"
 #include "core/parallel/for_parts.hpp"
-#include "core/space/free_surface.hpp"
 
 namespace finegauge {
 
@@ -184,11 +183,8 @@ constexpr int least_per_thread = worth_a_thread(500);  // cells or nodes
 /// Makes the stress at each node of the free surface P σ P.
 void free_tractions(const FreeSurface& surface, const std::vector<Eigen::Matrix3d>& directions, VoigtColumns& nodal) {
   for (std::size_t k = 0; k < directions.size(); ++k) {
-    auto s = nodal.col(surface.nodes[k]);
-    Eigen::Matrix3d sigma;
-    sigma << s[0], s[3], s[5], s[3], s[1], s[4], s[5], s[4], s[2];
-    sigma = directions[k] * sigma * directions[k];
-    s << sigma(0, 0), sigma(1, 1), sigma(2, 2), sigma(0, 1), sigma(1, 2), sigma(0, 2);
+    const Eigen::Matrix3d sigma = stress_tensor(nodal.col(surface.nodes[k]));
+    nodal.col(surface.nodes[k]) = voigt(directions[k] * sigma * directions[k]);
   }
 }
 
@@ -272,10 +268,6 @@ CellStresses cell_stresses(const Discretization& d, const Eigen::Matrix3Xd& u) {
       stresses.quadrature.middleCols(static_cast<Eigen::Index>(cell) * points, points) = at_points.leftCols(points);
     }
   });
-  if (d.free_surface.nodes.empty()) return stresses;
-  const Eigen::Matrix3Xd x = material.kinematics == Kinematics::linear ? mesh.nodes : Eigen::Matrix3Xd(mesh.nodes + u);
-  for (std::size_t k = 0; k < d.free_surface.nodes.size(); ++k)
-    stresses.free_directions.push_back(free_directions(d.free_surface, k, x));
   return stresses;
 }
 
@@ -283,10 +275,11 @@ VoigtColumns recover_stress_spr(const Discretization& d, const CellStresses& str
   return recover(d, patches_of(d), stresses.centre, most, {});
 }
 
-VoigtColumns recover_stress_twice(const Discretization& d, const CellStresses& stresses) {
+VoigtColumns recover_stress_twice(const Discretization& d, const CellStresses& stresses,
+                                  const std::vector<Eigen::Matrix3d>& free_directions) {
   const Patches patches = patches_of(d);
   const auto recover_once = [&](const VoigtColumns& at_centres) {
-    return recover(d, patches, at_centres, PatchBasis::trilinear, stresses.free_directions);
+    return recover(d, patches, at_centres, PatchBasis::trilinear, free_directions);
   };
   const VoigtColumns once = recover_once(stresses.centre);
   const int corners = corner_count(d.mesh.shape);

@@ -14,8 +14,6 @@ namespace finegauge {
 struct CellStresses {
   Eigen::Matrix<double, 6, Eigen::Dynamic> centre;      ///< 6 × cells
   Eigen::Matrix<double, 6, Eigen::Dynamic> quadrature;  ///< 6 × (cells · quadrature points)
-  /// Per entry of the discretization's FreeSurface, as the surface lies now: P of free_directions.
-  std::vector<Eigen::Matrix3d> free_directions;
 };
 CellStresses cell_stresses(const Discretization& d, const Eigen::Matrix3Xd& u);
 
@@ -49,9 +47,11 @@ Eigen::Matrix<double, 6, Eigen::Dynamic> recover_stress_spr(const Discretization
 /// O(h²); applied to σ_s, which is smooth, G shows by how much. Interpolated from the nodes to the centres of regular
 /// cells the result is of fourth order. Linear stresses stay exact. Two recoveries long to compute.
 ///
-/// In both recoveries the stress at nodes of the free surface is made P σ P (recovery constrained to the tractions, as
-/// in Ródenas et al. 2007, but at the nodes alone): what inner patches extrapolate to the surface of tetrahedra follows
-/// the cells there so closely that near a singular edge they would show a third of their error.
-Eigen::Matrix<double, 6, Eigen::Dynamic> recover_stress_twice(const Discretization& d, const CellStresses& stresses);
+/// In both recoveries the stress at nodes of the free surface is made P σ P by `free_directions` (free_surface.hpp)
+/// (recovery constrained to the tractions, as in Ródenas et al. 2007, but at the nodes alone): what inner patches
+/// extrapolate to the surface of tetrahedra follows the cells there so closely that near a singular edge they would
+/// show a third of their error.
+Eigen::Matrix<double, 6, Eigen::Dynamic> recover_stress_twice(const Discretization& d, const CellStresses& stresses,
+                                                              const std::vector<Eigen::Matrix3d>& free_directions = {});
 
 }  // namespace finegauge

@@ -8,10 +8,6 @@ namespace finegauge {
 
 namespace {
 
-Voigt voigt(const Eigen::Matrix3d& S) {
-  return (Voigt() << S(0, 0), S(1, 1), S(2, 2), S(0, 1), S(1, 2), S(2, 0)).finished();
-}
-
 /// Σ_a u_a g_aᵀ: the gradient of a field from its corner values.
 Eigen::Matrix3d field_gradient(const CellVectors& u, const Gradients& g) {
   Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
@@ -107,6 +103,10 @@ double complementary_product(const Material& material, const Voigt& sigma, const
 double von_mises(const Voigt& s) {
   const double xy = s[0] - s[1], yz = s[1] - s[2], zx = s[2] - s[0];
   return std::sqrt(0.5 * (xy * xy + yz * yz + zx * zx) + 3.0 * s.tail<3>().squaredNorm());
+}
+
+Voigt voigt(const Eigen::Matrix3d& S) {
+  return (Voigt() << S(0, 0), S(1, 1), S(2, 2), S(0, 1), S(1, 2), S(2, 0)).finished();
 }
 
 Eigen::Matrix3d stress_tensor(const Voigt& s) {

@@ -31,6 +31,7 @@ double complementary_product(const Material& material, const Voigt& sigma, const
 double von_mises(const Voigt& sigma);
 /// The stress as a symmetric matrix [Pa].
 Eigen::Matrix3d stress_tensor(const Voigt& sigma);
+Voigt voigt(const Eigen::Matrix3d& sigma);  ///< its inverse, of a symmetric tensor
 /// R σ Rᵀ.
 Voigt rotate_stress(const Eigen::Matrix3d& R, const Voigt& sigma);
 

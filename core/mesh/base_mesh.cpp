@@ -11,13 +11,6 @@ namespace {
 
 constexpr std::array<const char*, 3> axis_names = {"x", "y", "z"};
 
-/// The six paths along the axes from a lattice cell's lowest corner to its highest (Kuhn). All lattice cells are split
-/// alike, so that diagonals run from lower to upper corners on both sides of every face and the mesh conforms.
-/// Corners by lattice bits. On the paths of odd permutations the first and third corner change places: that makes
-/// the volume positive and keeps the opposite pairs {0, 2}, {1, 3} between which red refinement puts its diagonal.
-constexpr std::array<std::array<int, 4>, 6> kuhn_tetrahedra = {
-    {{0, 1, 3, 7}, {0, 2, 6, 7}, {0, 4, 5, 7}, {5, 1, 0, 7}, {3, 2, 0, 7}, {6, 4, 0, 7}}};
-
 void check(const std::array<std::vector<double>, 3>& coordinates, const std::optional<RemovedBlock>& removed) {
   for (int axis = 0; axis < 3; ++axis) {
     const std::vector<double>& x = coordinates[axis];

@@ -38,6 +38,13 @@ inline constexpr std::array<std::array<int, 2>, 12> hexahedron_edges = {
 inline constexpr std::array<std::array<int, 2>, 6> tetrahedron_edges = {
     {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}}};
 
+/// The six paths along the axes from a hexahedron's lowest corner to its highest (Kuhn), tetrahedra by the corners.
+/// Where neighbours' axes run alike, diagonals run from lower to upper corners on both sides of every face and the mesh
+/// conforms. On the paths of odd permutations the first and third corner change places: that makes the volume positive
+/// and keeps the opposite pairs {0, 2}, {1, 3} between which red refinement puts its diagonal.
+inline constexpr std::array<std::array<int, 4>, 6> kuhn_tetrahedra = {
+    {{0, 1, 3, 7}, {0, 2, 6, 7}, {0, 4, 5, 7}, {5, 1, 0, 7}, {3, 2, 0, 7}, {6, 4, 0, 7}}};
+
 constexpr const std::array<int, 4>& face_corners(CellShape shape, int face) {
   return shape == CellShape::hexahedron ? hexahedron_faces[face] : tetrahedron_faces[face];
 }

@@ -32,8 +32,8 @@ struct FreeSurface {
   std::vector<std::array<int, 3>> faces;  ///< the free faces of leaves around each node, by their nodes
 };
 
-/// All that follows from a mesh, a material, the supports and the springs, and from nothing else. Built as one value
-/// and replaced whole when the forest changes.
+/// All that follows from a mesh, a material, the supports and the springs, and from nothing else, but for the free
+/// surface. Built as one value and replaced whole when the forest changes.
 struct Discretization {
   Mesh mesh;
   HangingNodes hanging;  ///< T
@@ -43,7 +43,7 @@ struct Discretization {
   CellScatter scatter;
   Springs springs;                          ///< empty where there are none
   std::vector<SingularEdge> singular_edge;  ///< per cell
-  FreeSurface free_surface;                 ///< empty until who knows the loads sets it
+  FreeSurface free_surface;                 ///< empty until who knows all loads sets it
 
   int dof_count() const { return 3 * hanging.reduced_count(); }  ///< the paper's count: prescribed ones included
 };

@@ -214,25 +214,41 @@ SingularEdge edge_at(const NodeIdentity& identity, const std::vector<SingularEdg
   return dimension == 0 ? of_vertices[index] : dimension == 1 ? of_edges[index] : SingularEdge{};
 }
 
+/// Whether two corners of a leaf lie on the same singular edge, which then is one of its base cell.
+bool lies_along_one(const BaseTopology& topology, const Mesh& mesh, int cell,
+                    const std::vector<SingularEdge>& of_edges) {
+  for (int e = 0; e < edge_count(CellShape::tetrahedron); ++e) {
+    const int edge = topology.cell_edges[mesh.frames[cell].base_cell][e];
+    if (!of_edges[edge]) continue;
+    int there = 0;
+    for (int corner = 0; corner < 4; ++corner) {
+      const NodeIdentity& identity = mesh.identities[mesh.cells[cell][corner]];
+      const int dimension = entity_dimension(identity), index = entity_index(identity);
+      const auto& ends = topology.edges[edge];
+      there += (dimension == 1 && index == edge) || (dimension == 0 && (index == ends[0] || index == ends[1]));
+    }
+    if (there > 1) return true;
+  }
+  return false;
+}
+
 std::vector<SingularEdge> of_tetrahedra(const BaseMesh& base, const BaseTopology& topology, const Mesh& mesh,
                                         const EdgeSurroundings& around, const std::vector<SingularEdge>& of_edges) {
   const std::vector<SingularEdge> of_vertices = singular_vertices(base, topology, of_edges);
   const EntityMarks on_faces = faces_at_edges(base, topology, around, of_edges);
   std::vector<SingularEdge> cells(mesh.cells.size());
   for (int cell = 0; cell < mesh.cell_count(); ++cell) {
-    int there = 0, beside = 0;
+    int beside = 0;
     for (int corner = 0; corner < 4; ++corner) {
       const NodeIdentity& identity = mesh.identities[mesh.cells[cell][corner]];
       const int dimension = entity_dimension(identity);
-      if (const SingularEdge found = edge_at(identity, of_vertices, of_edges)) {
+      if (const SingularEdge found = edge_at(identity, of_vertices, of_edges))
         keep_first(cells[cell], found);
-        ++there;
-      } else if (dimension < 3 && on_faces[static_cast<std::size_t>(dimension)][entity_index(identity)]) {
+      else if (dimension < 3 && on_faces[static_cast<std::size_t>(dimension)][entity_index(identity)])
         ++beside;
-      }
     }
     if (!cells[cell]) continue;
-    cells[cell].lies_along = there > 1;
+    cells[cell].lies_along = lies_along_one(topology, mesh, cell, of_edges);
     cells[cell].within = beside == 0;
   }
   return cells;
@@ -287,10 +303,11 @@ std::vector<SingularEdge> singular_edges_of_cells(const BaseMesh& base, const Ba
 
 std::vector<std::uint8_t> nodes_on_singular_edges(const BaseMesh& base, const BaseTopology& topology, const Mesh& mesh,
                                                   const std::vector<SupportCondition>& supports, double poisson_ratio) {
+  std::vector<std::uint8_t> nodes(mesh.identities.size());
+  if (base.body) return nodes;
   const std::vector<SingularEdge> of_edges =
       singular_base_edges(base, topology, edge_surroundings(base, topology, supports), poisson_ratio);
   const std::vector<SingularEdge> of_vertices = singular_vertices(base, topology, of_edges);
-  std::vector<std::uint8_t> nodes(mesh.identities.size());
   for (std::size_t node = 0; node < nodes.size(); ++node)
     nodes[node] = static_cast<bool>(edge_at(mesh.identities[node], of_vertices, of_edges));
   return nodes;

@@ -29,7 +29,7 @@ struct SingularEdge {
   std::uint8_t cells = 0;
   std::uint8_t exponent_64ths = 0;  ///< λ, rounded down
   bool lies_along = false;          ///< a tetrahedron with an edge there, not with a corner alone
-  bool within = false;  ///< a tetrahedron with no other corner on the base faces that meet there, rollers apart
+  bool within = false;  ///< a tetrahedron with no other corner on base faces that meet at such edges, rollers apart
 
   double exponent() const { return (exponent_64ths + 0.5) / 64.0; }  ///< λ, in (0, 1)
   explicit operator bool() const { return cells != 0; }

@@ -5,9 +5,11 @@
 #include <iterator>
 #include <numbers>
 #include <set>
+#include <stdexcept>
 
 #include "verification/studies/holdout.hpp"
 #include "verification/support/check_claims.hpp"
+#include "verification/support/tetrahedra_of.hpp"
 #include "verification/support/wedge_mesh.hpp"
 
 using namespace finegauge;
@@ -57,4 +59,23 @@ TEST_CASE("a wedge's parallelograms fill it, and the faces of a crack meet at it
   std::ranges::set_intersection(first, last, std::back_inserter(common));
   CHECK(common.size() == 3);
   for (const int node : common) CHECK(crack.nodes.col(node).head<2>().isZero());
+}
+
+TEST_CASE("hexahedra are split as a box of tetrahedra is, and not where faces would be cut in two ways", "[holdout]") {
+  BoxMeshOptions options;
+  options.cells = {3, 2, 2};
+  options.removed = RemovedBlock{{1, 0, 0}, {3, 1, 2}};
+  BaseMesh hexahedra = box_mesh(options);
+  options.shape = CellShape::tetrahedron;
+  const BaseMesh expected = box_mesh(options), split = tetrahedra_of(hexahedra);
+  CHECK(validate(split).empty());
+  CHECK(split.nodes == expected.nodes);
+  CHECK(split.cells == expected.cells);
+  CHECK(split.surfaces == expected.surfaces);
+  // A cell whose axes run x -> y -> -x has other diagonals.
+  auto& corners = hexahedra.cells.front();
+  corners = {corners[2], corners[0], corners[3], corners[1], corners[6], corners[4], corners[7], corners[5]};
+  hexahedra.surfaces.clear();
+  REQUIRE(validate(hexahedra).empty());
+  CHECK_THROWS_AS(tetrahedra_of(hexahedra), std::invalid_argument);
 }

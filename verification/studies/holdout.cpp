@@ -21,32 +21,36 @@ constexpr std::size_t most_cells_in_short = 1000;
 struct Measured {
   const HoldoutProblem* problem;
   HoldoutRow row;
+  bool in_tetrahedra() const { return row.shape == CellShape::tetrahedron; }
   bool counts() const { return row.true_error <= most_true_error && row.uncertainty <= most_uncertainty; }
 };
 
-bool within(double effectivity, double factor) {
-  const EffectivityRange range = *effectivity_range(ProblemKind::hexahedra);
-  return effectivity >= range.low / factor && effectivity <= range.high * factor;
+bool within(const Measured& mesh, double factor) {
+  const EffectivityRange range =
+      *effectivity_range(mesh.in_tetrahedra() ? ProblemKind::tetrahedra : ProblemKind::hexahedra);
+  return mesh.row.spr_edges >= range.low / factor && mesh.row.spr_edges <= range.high * factor;
 }
-bool in_certified_range(const Measured& mesh) { return within(mesh.row.spr_edges, certificate_margin); }
+bool in_certified_range(const Measured& mesh) { return within(mesh, certificate_margin); }
+
+const std::string in_tetrahedra = "in tetrahedra";
 
 /// Meshes that the tables and claims speak of together.
 struct Group {
   std::string name;
   std::vector<const Measured*> meshes;  ///< those that count
   int problems = 0, too_coarse = 0, uncertain = 0;
+  const HoldoutProblem* last = nullptr;  ///< that was counted
 };
 
 template <class Key>
 std::vector<Group> grouped(const std::vector<Measured>& measured, const Key& key) {
   std::vector<Group> groups;
-  const HoldoutProblem* last = nullptr;
   for (const Measured& mesh : measured) {
-    const std::string name = key(*mesh.problem);
+    const std::string name = key(mesh);
     auto group = std::ranges::find(groups, name, &Group::name);
     if (group == groups.end()) group = groups.insert(group, {name, {}});
-    if (mesh.problem != last) ++group->problems;
-    last = mesh.problem;
+    if (mesh.problem != group->last) ++group->problems;
+    group->last = mesh.problem;
     if (mesh.counts())
       group->meshes.push_back(&mesh);
     else
@@ -70,8 +74,10 @@ std::string range_text(const std::vector<double>& ascending) {
   return text;
 }
 
-std::string of_run(const HoldoutProblem& problem) {
-  return problem.refused.empty() ? "a run prints a range" : problem.refused;
+/// Of tetrahedra a run asks nothing of the lengths of cells.
+std::string of_run(const Measured& mesh) {
+  const std::string& refused = mesh.problem->refused;
+  return refused.empty() || (mesh.in_tetrahedra() && refused == refused_cells) ? "a run prints a range" : refused;
 }
 
 EvidenceTable table_of(const std::string& title, const std::vector<Group>& groups) {
@@ -88,7 +94,7 @@ EvidenceTable table_of(const std::string& title, const std::vector<Group>& group
                           range_text(ascending(group, &HoldoutRow::spr)), range_text(edges),
                           edges.empty() ? 0.0 : percentile(edges, 0.5),
                           range_text(ascending(group, &HoldoutRow::equilibrated)),
-                          count([](const Measured* mesh) { return within(mesh->row.spr_edges, 1.0); }),
+                          count([](const Measured* mesh) { return within(*mesh, 1.0); }),
                           count([](const Measured* mesh) { return in_certified_range(*mesh); }),
                           static_cast<double>(group.too_coarse), static_cast<double>(group.uncertain)});
   }
@@ -102,7 +108,7 @@ EvidenceTable meshes_outside(const std::vector<Measured>& measured) {
   for (const Measured& mesh : measured)
     if (mesh.counts() && !in_certified_range(mesh))
       table.rows.push_back({mesh.problem->family + ": " + mesh.problem->name, mesh.row.mesh, mesh.row.true_error,
-                            mesh.row.spr_edges, of_run(*mesh.problem), mesh.problem->weakness});
+                            mesh.row.spr_edges, of_run(mesh), mesh.problem->weakness});
   return table;
 }
 
@@ -124,12 +130,13 @@ struct KnownMiss {
   double least, most;
   const char* reason;
 };
-constexpr std::array<KnownMiss, 6> known_misses = {
+constexpr std::array<KnownMiss, 7> known_misses = {
     {{"free wedge", 0.87, 0.0, "0.885 at a sheared crack that is refined on one side"},
      {"clamped wedge", 0.0, 1.37, "1.35 where the mode is not the sharpest of its corner"},
      {"stretched cells", 0.86, 0.0, "0.88 and 0.90 where an edge sees cells of two lengths"},
      {"block", 0.77, 0.0, "0.79 where a load presses on a face between clamped ones"},
      {"load on a part", 0.75, 0.0, "0.77 where a load ends inside a face: the stress jumps there"},
+     {"clamped wedge, in tetrahedra", 0.0, 1.27, "1.25 at a corner of 120 degrees that two tetrahedra share"},
      {"drawn", 0.84, 0.0, "0.86 at a rim whose cells are 2.5 times as long as wide: what the first look found"}}};
 
 std::string key_of(std::string words) {
@@ -151,7 +158,8 @@ void claim_families(const std::vector<Group>& families, Evidence& evidence) {
     };
     const std::vector<double> edges = ascending(family, &HoldoutRow::spr_edges);
     const bool below = miss.least > 0.0, above = miss.most > 0.0;
-    claim(".least", edges.front(), below ? miss.least : range.low / certificate_margin, 1.05, below);
+    const bool few = family.name.ends_with(in_tetrahedra);  // in the short version, and on the safe side
+    claim(".least", edges.front(), below ? miss.least : range.low / certificate_margin, few ? 1.1 : 1.05, below);
     claim(".most", edges.back(), 0.9, above ? miss.most : range.high * certificate_margin, above);
   }
 }
@@ -170,6 +178,8 @@ void claim_coverage(const std::vector<Group>& parts, Evidence& evidence) {
       evidence.claim(name, share, 0.3, 0.8, "so that a run refuses a range there, and not for nothing");
     else if (drawn)
       evidence.claim(name, share, 0.9, 1.0, "nine of ten: blind, so that a miss may be among them");
+    else if (part.name.ends_with(in_tetrahedra + ", " + refused_mesh))
+      evidence.claim(name, share, 0.9, 1.0, "no range there, and 1.25 at a clamped corner of 120 degrees");
     else
       evidence.claim(name, share, 0.95, 1.0, "what a run prints a range of keeps to it");
   }
@@ -192,9 +202,12 @@ Evidence holdout_evidence(const EvidenceOptions& options) {
     for (const HoldoutRow& row : measure(problems[k], {.all_meshes = options.full}))
       measured.push_back({&problems[k], row});
   }
-  const std::vector<Group> families = grouped(measured, [](const HoldoutProblem& problem) { return problem.family; });
-  const std::vector<Group> parts = grouped(measured, [](const HoldoutProblem& problem) {
-    return std::string(problem.drawn ? "drawn, " : "known, ") + of_run(problem);
+  const std::vector<Group> families = grouped(measured, [](const Measured& mesh) {
+    return mesh.problem->family + (mesh.in_tetrahedra() ? ", " + in_tetrahedra : "");
+  });
+  const std::vector<Group> parts = grouped(measured, [](const Measured& mesh) {
+    return std::string(mesh.problem->drawn ? "drawn, " : "known, ") +
+           (mesh.in_tetrahedra() ? in_tetrahedra + ", " : "") + of_run(mesh);
   });
   Evidence evidence;
   evidence.tables = {table_of("Effectivity off the ladder, least and most, by family", families),
@@ -202,7 +215,7 @@ Evidence holdout_evidence(const EvidenceOptions& options) {
                      meshes_outside(measured), all_meshes(measured)};
   claim_families(families, evidence);
   claim_coverage(parts, evidence);
-  const std::vector<Group> all = grouped(measured, [](const HoldoutProblem&) { return std::string(); });
+  const std::vector<Group> all = grouped(measured, [](const Measured&) { return std::string(); });
   const std::vector<double> bound = ascending(all.front(), &HoldoutRow::equilibrated);
   evidence.claim("equilibrated.least", bound.front(), 1.0, 1.1,
                  "a stress in equilibrium is as far from the solution as the exact one or farther");

@@ -5,6 +5,7 @@
 #include "core/adapt/marking.hpp"
 #include "core/equilibrated_estimate.hpp"
 #include "verification/studies/holdout.hpp"
+#include "verification/support/tetrahedra_of.hpp"
 
 namespace finegauge {
 
@@ -12,6 +13,8 @@ namespace {
 
 /// Beyond these the equilibrated estimate takes longer than all the rest, and refinement goes on to no purpose.
 constexpr int most_cells_of_equilibrated = 2000, most_dofs_refined = 12000;
+/// Hexahedra of a base mesh that without `all_meshes` is split into tetrahedra as well.
+constexpr std::size_t most_cells_split_in_short = 400;
 
 StaticSolution solved(const RefinementForest& forest, const StaticProblem& problem) {
   FactorCache factors;
@@ -68,10 +71,11 @@ Estimated estimated(const std::string& name, const RefinementForest& forest, con
   const Discretization& d = solution.discretization;
   const Eigen::Matrix3Xd& u = solution.equilibrium.u;
   const ErrorEstimate spr = estimate_error(d, u, Estimator::spr);
-  Estimated result{
-      {name, d.mesh.cell_count(), d.dof_count()}, spr.energy_norm, twice_potential(forest, statics, solution)};
+  Estimated result{{name, d.mesh.shape, d.mesh.cell_count(), d.dof_count()},
+                   spr.energy_norm,
+                   twice_potential(forest, statics, solution)};
   result.row.spr = spr.total, result.row.spr_edges = solution.estimate.total;
-  if (d.mesh.cell_count() <= most_cells_of_equilibrated)
+  if (d.mesh.shape == CellShape::hexahedron && d.mesh.cell_count() <= most_cells_of_equilibrated)
     result.row.equilibrated = equilibrated_total(forest, statics, solution, spr);
   if (problem.exact.stress) result.true_error = true_error(d, problem.exact, u, spr.nodal_stress).total;
   return result;
@@ -87,28 +91,42 @@ HoldoutRow finished(const Estimated& mesh, double least, double most) {
   return row;
 }
 
+/// Of a base mesh and those that follow from it.
+void add_estimated(const BaseMesh& base, const std::string& prefix, const HoldoutProblem& problem,
+                   const StaticProblem& statics, bool all_meshes, std::vector<Estimated>& meshes) {
+  RefinementForest forest(base);
+  StaticSolution solution = solved(forest, statics);
+  meshes.push_back(estimated(prefix + "base", forest, problem, statics, solution));
+  for (int step = 1; step <= (all_meshes ? 4 : 1); ++step) {
+    if (solution.discretization.dof_count() > most_dofs_refined) break;
+    refine_by_estimate(forest, solution, 0.5);
+    solution = solved(forest, statics);
+    if (step != 3)
+      meshes.push_back(estimated(prefix + "refined " + std::to_string(step) + "x", forest, problem, statics, solution));
+  }
+  if (!all_meshes) return;
+  RefinementForest halved(base);
+  refine_uniformly(halved);
+  meshes.push_back(estimated(prefix + "halved", halved, problem, statics, solved(halved, statics)));
+}
+
 }  // namespace
+
+bool is_for_tetrahedra(const HoldoutProblem& problem) {
+  const Material& material = problem.problem.material;
+  return material.dilatation == Dilatation::standard && material.poisson_ratio <= 0.35 &&
+         (problem.weakness.empty() || problem.refused == refused_cells) && problem.refused != refused_load &&
+         problem.refused != refused_between;
+}
 
 std::vector<HoldoutRow> measure(const HoldoutProblem& problem, const HoldoutOptions& options) {
   StaticProblem statics = problem.problem;
   statics.solver.linear.relative_residual = 1e-8;
   statics.estimator = Estimator::spr_edges;
   std::vector<Estimated> meshes;
-  RefinementForest forest(problem.mesh);
-  StaticSolution solution = solved(forest, statics);
-  meshes.push_back(estimated("base", forest, problem, statics, solution));
-  for (int step = 1; step <= (options.all_meshes ? 4 : 1); ++step) {
-    if (solution.discretization.dof_count() > most_dofs_refined) break;
-    refine_by_estimate(forest, solution, 0.5);
-    solution = solved(forest, statics);
-    if (step != 3)
-      meshes.push_back(estimated("refined " + std::to_string(step) + "x", forest, problem, statics, solution));
-  }
-  if (options.all_meshes) {
-    RefinementForest halved(problem.mesh);
-    refine_uniformly(halved);
-    meshes.push_back(estimated("halved", halved, problem, statics, solved(halved, statics)));
-  }
+  add_estimated(problem.mesh, "", problem, statics, options.all_meshes, meshes);
+  if (is_for_tetrahedra(problem) && (options.all_meshes || problem.mesh.cells.size() <= most_cells_split_in_short))
+    add_estimated(tetrahedra_of(problem.mesh), "tetrahedra, ", problem, statics, options.all_meshes, meshes);
   std::vector<HoldoutRow> rows;
   if (problem.exact.stress) {
     for (const Estimated& mesh : meshes) rows.push_back(finished(mesh, mesh.true_error, mesh.true_error));

@@ -12,6 +12,7 @@
 #include "core/solve/direct_solver.hpp"
 #include "core/solve/multigrid.hpp"
 #include "core/space/assembly.hpp"
+#include "core/space/free_surface.hpp"
 #include "core/tissue_forces.hpp"
 #include "verification/support/catch.hpp"
 #include "verification/support/refinement_history.hpp"
@@ -51,7 +52,8 @@ std::vector<double> shared_stages(Kinematics kinematics, CellShape shape) {
   material.poisson_ratio = 0.4;
   material.kinematics = kinematics;
   const std::vector<SupportCondition> supports = {{"x_min", std::nullopt, {}}};
-  const Discretization d = discretize(forest, material, supports);
+  Discretization d = discretize(forest, material, supports);
+  d.free_surface = find_free_surface(forest, d, supports, {});
   Eigen::VectorXd reduced(d.dof_count());
   for (double& value : reduced) value = 0.02 * random_number(generator);
   const Eigen::Matrix3Xd u = expand(d.hanging, reduced);

@@ -223,12 +223,15 @@ TEST_CASE("the rim of a clamped face in tetrahedra has the corner's exponent whe
   const std::vector<SingularEdge> found = singular_edges_of_cells(
       forest.base(), forest.topology(), mesh, {clamped("z_min"), roller("x_min", 0), roller("y_max", 1)}, 0.3);
   for (int cell = 0; cell < mesh.cell_count(); ++cell) {
-    bool touches = false;
+    int on_x = 0, on_y = 0;  // of the two rims that meet in a corner
     for (int corner = 0; corner < 4; ++corner) {
       const Eigen::Vector3d X = mesh.nodes.col(mesh.cells[cell][corner]);
-      touches = touches || (X.z() == 0.0 && (X.x() == 3.0 || X.y() == 0.0));
+      on_x += X.z() == 0.0 && X.x() == 3.0;
+      on_y += X.z() == 0.0 && X.y() == 0.0;
     }
+    const bool touches = on_x + on_y > 0;
     CHECK(static_cast<bool>(found[cell]) == touches);
+    CHECK(found[cell].lies_along == (on_x > 1 || on_y > 1));
     if (!touches) continue;
     CHECK(found[cell].cells == 1);
     CHECK_THAT(found[cell].exponent(), WithinAbs(0.7112, 1.0 / 128.0));
