@@ -178,7 +178,7 @@ void claim_coverage(const std::vector<Group>& parts, Evidence& evidence) {
       evidence.claim(name, share, 0.3, 0.8, "so that a run refuses a range there, and not for nothing");
     else if (drawn)
       evidence.claim(name, share, 0.9, 1.0, "nine of ten: blind, so that a miss may be among them");
-    else if (part.name.ends_with(in_tetrahedra + ", " + refused_mesh))
+    else if (part.name.find(in_tetrahedra) != std::string::npos && part.name.ends_with(refused_mesh))
       evidence.claim(name, share, 0.9, 1.0, "no range there, and 1.25 at a clamped corner of 120 degrees");
     else
       evidence.claim(name, share, 0.95, 1.0, "what a run prints a range of keeps to it");
