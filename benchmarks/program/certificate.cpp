@@ -99,6 +99,10 @@ std::string what_is_not_of_a_rung(const Scene& scene) {
 std::string why_uncertified(const Scene& scene, double eta, bool converged) {
   if (!converged) return "the solve did not converge";
   if (const std::string why = what_is_not_of_a_rung(scene); !why.empty()) return why;
+  // A coarse solution is too small as a whole, which no recovery sees.
+  constexpr double most_of_tetrahedra = 0.3;
+  if (kind_of(scene) == ProblemKind::tetrahedra && eta > most_of_tetrahedra)
+    return "the estimate in tetrahedra is above 30 %, where it misses a seventh and more";
   return eta > 0.0 ? "" : "the estimate is zero, and a range is a multiple of it";
 }
 
