@@ -198,7 +198,7 @@ Evidence holdout_evidence(const EvidenceOptions& options) {
   for (std::size_t k = 0; k < problems.size(); ++k) {
     if (options.interrupted()) return {};
     options.progress(static_cast<double>(k) / static_cast<double>(problems.size()),
-                     problems[k].name + (options.full ? " (12 minutes in all, an hour on a full machine)" : ""));
+                     problems[k].name + (options.full ? " (23 minutes in all, an hour on a full machine)" : ""));
     for (const HoldoutRow& row : measure(problems[k], {.all_meshes = options.full}))
       measured.push_back({&problems[k], row});
   }
