@@ -102,7 +102,7 @@ std::string why_uncertified(const Scene& scene, double eta, bool converged) {
   // A coarse solution is too small as a whole, which no recovery sees.
   constexpr double most_of_tetrahedra = 0.3;
   if (kind_of(scene) == ProblemKind::tetrahedra && eta > most_of_tetrahedra)
-    return "the estimate in tetrahedra is above 30 %, where it misses a seventh and more";
+    return "the estimate in tetrahedra is above 30 %, where it may miss a seventh of the error";
   return eta > 0.0 ? "" : "the estimate is zero, and a range is a multiple of it";
 }
 

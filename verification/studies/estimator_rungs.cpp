@@ -223,6 +223,7 @@ std::vector<LadderRung> tetrahedra_rungs() {
   rungs.push_back(notch_rung("notch, sliding, refined", sliding, 8, 3, 0.3, tetrahedra));
   rungs.push_back(notch_rung("notch, sliding, nu 0.35", sliding, 8, 0, 0.35, tetrahedra));
   rungs.push_back(crack_rung("crack", 8, 0, shape));
+  rungs.push_back(crack_rung("crack, refined", 8, 3, shape));
   for (const auto& [nu, text] : {std::pair{0.2, "0.2"}, {0.3, "0.3"}, {0.4, "0.4"}})
     for (const Lattice lattice : {tetrahedra, tetrahedra_turned})
       rungs.push_back(rim_rung(std::string("clamped rim, nu ") + text + (lattice == tetrahedra ? "" : ", turned"), 8, 0,
