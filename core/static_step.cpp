@@ -1,5 +1,6 @@
 #include "core/static_step.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "core/space/free_surface.hpp"
@@ -7,6 +8,14 @@
 #include "core/stopwatch.hpp"
 
 namespace finegauge {
+
+namespace {
+
+bool moves_nothing(const Supports& supports) {
+  return std::ranges::all_of(supports.displacement, [](const Eigen::Vector3d& u) { return u.isZero(0.0); });
+}
+
+}  // namespace
 
 StaticSolution solve_static(const RefinementForest& forest, const StaticProblem& problem, const StaticSolution* before,
                             FactorCache& factors) {
@@ -26,6 +35,8 @@ StaticSolution solve_static(const RefinementForest& forest, Discretization discr
   solution.discretization = std::move(discretization);
   solution.discretization.free_surface =
       find_free_surface(forest, solution.discretization, problem.supports, problem.loads);
+  // Springs hold energy that the estimate does not count.
+  solution.discretization.driven_by_loads = problem.springs.empty() && moves_nothing(solution.discretization.supports);
   const Discretization& d = solution.discretization;
   const MeshHierarchy hierarchy = build_hierarchy(forest, d, problem.supports);
   solution.multigrid_levels = 1 + static_cast<int>(hierarchy.coarse.size());

@@ -155,7 +155,8 @@ EdgeWeights edge_weights_of_tetrahedron(const SingularEdge& edge) {
   if (edge.cells == 1)
     return {of(share_of_rim_gain) * std::exp(4.1 - 5.28 * edge.exponent()),
             tetrahedra_share_of_rim * rim_energy_share(edge.exponent())};
-  return {(edge.within ? of(within_notch) : on_face_of_notch) - 1.0, tetrahedra_notch_energy_share(edge.exponent())};
+  const bool on_face = edge.lies_along && !edge.within;
+  return {on_face ? 0.0 : of(tetrahedra_at_notch) - 1.0, of(tetrahedra_notch_energy_share(edge.exponent()))};
 }
 
 EdgeWeights edge_weights(const SingularEdge& edge, const Material& material, CellShape shape) {
@@ -172,6 +173,30 @@ EdgeWeights edge_weights(const SingularEdge& edge, const Material& material, Cel
 struct Squares {
   double error, energy;
 };
+
+/// To cells of tetrahedra that touch no singular edge, for what the edges take from the whole field.
+void add_pollution(const std::vector<SingularEdge>& edges, std::vector<Squares>& squares) {
+  double near = 0.0, far = 0.0, polluting = 0.0;
+  for (std::size_t cell = 0; cell < squares.size(); ++cell) {
+    (edges[cell] ? near : far) += squares[cell].error;
+    if (edges[cell]) polluting += pollution_share(edges[cell].exponent()) * squares[cell].error;
+  }
+  if (!(near > 0.0 && far > 0.0)) return;
+  const double share = polluting / near * std::min(1.0, most_pollution_of_near * near / far);
+  for (std::size_t cell = 0; cell < squares.size(); ++cell)
+    if (!edges[cell]) squares[cell].error *= 1.0 + share;
+}
+
+/// 1 / (1 - est²/‖u_h‖²) where loads alone drive the body, else 1.
+double factor_for_amplitude(const Discretization& d, const std::vector<Squares>& squares) {
+  if (!d.driven_by_loads || d.shapes.material().kinematics != Kinematics::linear) return 1.0;
+  double error = 0.0, energy = 0.0;
+  for (const Squares& of_cell : squares) {
+    error += of_cell.error;
+    energy += of_cell.energy;
+  }
+  return energy > 0.0 ? 1.0 / (1.0 - std::min(error / energy, largest_lost_amplitude)) : 1.0;
+}
 
 /// Of a recovered stress.
 ErrorEstimate estimate_error_by(const Discretization& d, const CellStresses& stresses, VoigtColumns recovered_stress,
@@ -209,6 +234,11 @@ ErrorEstimate estimate_error_by(const Discretization& d, const CellStresses& str
     CellGeometry scratch;
     for (int cell = first; cell < last; ++cell) squares[cell] = estimate_cell(cell, scratch);
   });
+  if (estimator == Estimator::spr_edges) {
+    if (!hexahedra) add_pollution(d.singular_edge, squares);
+    const double factor = factor_for_amplitude(d, squares);
+    for (Squares& of_cell : squares) of_cell.error *= factor;
+  }
   double total_squared = 0.0, energy = 0.0;
   for (int cell = 0; cell < mesh.cell_count(); ++cell) {
     estimate.eta[cell] = std::sqrt(squares[cell].error);
@@ -225,7 +255,11 @@ ErrorEstimate estimate_error_by(const Discretization& d, const CellStresses& str
 
 double rim_energy_share(double exponent) { return std::exp(8.0 - 15.2 * exponent); }
 
-double tetrahedra_notch_energy_share(double exponent) { return std::exp(2.4 - 6.0 * exponent); }
+TetrahedronWeights tetrahedra_notch_energy_share(double exponent) {
+  return {std::exp(0.7 - 3.0 * exponent), std::exp(11.2 - 24.0 * exponent)};
+}
+
+double pollution_share(double exponent) { return 0.1 * std::exp(10.0 * (0.5 - exponent)); }
 
 ErrorEstimate estimate_error_spr(const Discretization& d, const Eigen::Matrix3Xd& u) {
   return estimate_error(d, u, Estimator::spr);

@@ -32,8 +32,8 @@ struct FreeSurface {
   std::vector<std::array<int, 3>> faces;  ///< the free faces of leaves around each node, by their nodes
 };
 
-/// All that follows from a mesh, a material, the supports and the springs, and from nothing else, but for the free
-/// surface. Built as one value and replaced whole when the forest changes.
+/// All that follows from a mesh, a material, the supports and the springs, and from nothing else, but for what
+/// is known of the loads. Built as one value and replaced whole when the forest changes.
 struct Discretization {
   Mesh mesh;
   HangingNodes hanging;  ///< T
@@ -44,6 +44,7 @@ struct Discretization {
   Springs springs;                          ///< empty where there are none
   std::vector<SingularEdge> singular_edge;  ///< per cell
   FreeSurface free_surface;                 ///< empty until who knows all loads sets it
+  bool driven_by_loads = false;             ///< at rest, no displacement is prescribed but zero; set like that too
 
   int dof_count() const { return 3 * hanging.reduced_count(); }  ///< the paper's count: prescribed ones included
 };

@@ -190,3 +190,73 @@ TEST_CASE("metres or millimetres, the estimate is the same", "[estimate]") {
   CHECK_THAT(b.total * b.total, WithinRel(1e3 * a.total * a.total, 1e-10));  // N mm
   CHECK((a.direction - b.direction).cwiseAbs().maxCoeff() < 1e-8);
 }
+
+TEST_CASE("under loads alone the estimate counts what the solution lacks of its amplitude", "[estimate]") {
+  const CellShape shape = GENERATE(CellShape::hexahedron, CellShape::tetrahedron);
+  Material material;
+  material.kinematics = GENERATE(Kinematics::linear, Kinematics::corotational);
+  Discretization d = refined(bent_box(shape, 0.1), material);
+  const double size = GENERATE(1.0, 30.0);  // of the error beside the energy
+  const Eigen::Matrix3Xd u =
+      interpolated(d, [&](const Eigen::Vector3d& X) -> Eigen::Vector3d { return 0.01 * (X + size * smooth(X)); });
+  const ErrorEstimate driven = estimate_error(d, u, Estimator::spr_edges);
+  d.driven_by_loads = true;
+  const ErrorEstimate loaded = estimate_error(d, u, Estimator::spr_edges);
+  if (material.kinematics == Kinematics::corotational) {
+    CHECK(loaded.total == driven.total);
+    return;
+  }
+  // ‖e‖² = est² (1 + ‖e‖²/‖u_h‖²), the equation that the closed form solves.
+  const double energy = loaded.energy_norm * loaded.energy_norm;
+  CHECK(driven.relative > 0.01);
+  CHECK(loaded.relative > driven.relative);
+  CHECK_THAT(loaded.total * loaded.total,
+             WithinRel(driven.total * driven.total * (1.0 + loaded.total * loaded.total / energy), 1e-12));
+  CHECK(relative_distance(loaded.eta / loaded.total, driven.eta / driven.total) < 1e-12);
+  CHECK(estimate_error_spr(d, u).total < loaded.total);
+}
+
+TEST_CASE("the amplitude that a solution lacks is bounded where it is nothing but error", "[estimate]") {
+  Discretization d = refined(bent_box(CellShape::tetrahedron, 0.1), Material{});
+  Eigen::Matrix3Xd u = Eigen::Matrix3Xd::Zero(3, d.mesh.node_count());
+  for (int node = 0; node < d.mesh.node_count(); ++node)
+    if (!d.hanging.hangs(node)) u.col(node) = Eigen::Vector3d(node % 2, node % 3, node % 5);  // noise
+  u = expand(d.hanging, gather(d.hanging, u));
+  const double driven = estimate_error(d, u, Estimator::spr_edges).total;
+  d.driven_by_loads = true;
+  CHECK_THAT(estimate_error(d, u, Estimator::spr_edges).total, WithinRel(2.0 * driven, 1e-12));
+}
+
+TEST_CASE("tetrahedra far from a singular edge count a share for what the edge takes from the whole field",
+          "[estimate]") {
+  BoxMeshOptions options;
+  options.cells = {6, 6, 3};
+  options.shape = CellShape::tetrahedron;
+  options.removed = RemovedBlock{{3, 0, 0}, {6, 3, 3}};
+  const Discretization notched = refined(box_mesh(options), Material{});
+  // Of λ = 0.544 (Williams 1952) in 64ths.
+  CHECK_THAT(pollution_share(0.5390625), WithinRel(0.1 * std::exp(-0.390625), 1e-14));
+  Discretization plain = notched;
+  std::ranges::fill(plain.singular_edge, SingularEdge{});
+  const auto at_notch = [&](double power) {  // the more, the less lies at the notch
+    return interpolated(notched, [&](const Eigen::Vector3d& X) -> Eigen::Vector3d {
+      const double r = (X - Eigen::Vector3d(0.5, 0.5, X.z())).norm();
+      return {0.0, 0.0, std::pow(r, power) * std::sin(2.0 * X.x())};
+    });
+  };
+  for (const double power : {0.6, 6.0}) {
+    const Eigen::Matrix3Xd u = at_notch(power);
+    const ErrorEstimate weighted = estimate_error(notched, u, Estimator::spr_edges),
+                        raw = estimate_error(plain, u, Estimator::spr_edges);
+    double near = 0.0, far = 0.0;
+    for (int cell = 0; cell < notched.mesh.cell_count(); ++cell)
+      (notched.singular_edge[cell] ? near : far) +=
+          notched.singular_edge[cell] ? weighted.eta[cell] * weighted.eta[cell] : raw.eta[cell] * raw.eta[cell];
+    const double share = pollution_share(0.5390625) * std::min(1.0, most_pollution_of_near * near / far);
+    INFO(power << " near " << near << " far " << far);
+    CHECK((power > 1.0) == (most_pollution_of_near * near < far));
+    for (int cell = 0; cell < notched.mesh.cell_count(); ++cell)
+      if (!notched.singular_edge[cell])
+        CHECK_THAT(weighted.eta[cell], WithinRel(raw.eta[cell] * std::sqrt(1.0 + share), 1e-10));
+  }
+}
