@@ -11,8 +11,13 @@ namespace finegauge {
 
 namespace {
 
-bool moves_nothing(const Supports& supports) {
-  return std::ranges::all_of(supports.displacement, [](const Eigen::Vector3d& u) { return u.isZero(0.0); });
+/// Where supports move the body at all, by so little beside its own displacement that they do none of the work; and no
+/// spring takes part of it, whose energy the estimate does not count.
+bool is_driven_by_loads(const Discretization& d, const Eigen::Matrix3Xd& u) {
+  const double none = 1e-6 * u.cwiseAbs().maxCoeff();
+  return d.springs.empty() && std::ranges::all_of(d.supports.displacement, [none](const Eigen::Vector3d& prescribed) {
+           return prescribed.cwiseAbs().maxCoeff() <= none;
+         });
 }
 
 }  // namespace
@@ -35,8 +40,6 @@ StaticSolution solve_static(const RefinementForest& forest, Discretization discr
   solution.discretization = std::move(discretization);
   solution.discretization.free_surface =
       find_free_surface(forest, solution.discretization, problem.supports, problem.loads);
-  // Springs hold energy that the estimate does not count.
-  solution.discretization.driven_by_loads = problem.springs.empty() && moves_nothing(solution.discretization.supports);
   const Discretization& d = solution.discretization;
   const MeshHierarchy hierarchy = build_hierarchy(forest, d, problem.supports);
   solution.multigrid_levels = 1 + static_cast<int>(hierarchy.coarse.size());
@@ -50,6 +53,7 @@ StaticSolution solve_static(const RefinementForest& forest, Discretization discr
   solution.times.reduce_ms = solution.equilibrium.times.reduce_ms;
   solution.times.solve_ms = solution.equilibrium.times.solve_ms;
   watch.lap();
+  solution.discretization.driven_by_loads = is_driven_by_loads(d, solution.equilibrium.u);
   solution.estimate = estimate_error(d, solution.equilibrium.u, problem.estimator);
   solution.times.estimate_ms = watch.lap();
   return solution;

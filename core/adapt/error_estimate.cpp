@@ -195,7 +195,7 @@ double factor_for_amplitude(const Discretization& d, const std::vector<Squares>&
     error += of_cell.error;
     energy += of_cell.energy;
   }
-  return energy > 0.0 ? 1.0 / (1.0 - std::min(error / energy, largest_lost_amplitude)) : 1.0;
+  return energy > 0.0 ? 1.0 / (1.0 - std::min(largest_lost_amplitude, error / energy)) : 1.0;
 }
 
 /// Of a recovered stress.
@@ -259,7 +259,7 @@ TetrahedronWeights tetrahedra_notch_energy_share(double exponent) {
   return {std::exp(0.7 - 3.0 * exponent), std::exp(11.2 - 24.0 * exponent)};
 }
 
-double pollution_share(double exponent) { return 0.1 * std::exp(10.0 * (0.5 - exponent)); }
+double pollution_share(double exponent) { return 0.1 * std::exp(-10.0 * std::max(0.0, exponent - 0.5)); }
 
 ErrorEstimate estimate_error_spr(const Discretization& d, const Eigen::Matrix3Xd& u) {
   return estimate_error(d, u, Estimator::spr);

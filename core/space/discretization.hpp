@@ -44,7 +44,7 @@ struct Discretization {
   Springs springs;                          ///< empty where there are none
   std::vector<SingularEdge> singular_edge;  ///< per cell
   FreeSurface free_surface;                 ///< empty until who knows all loads sets it
-  bool driven_by_loads = false;             ///< at rest, no displacement is prescribed but zero; set like that too
+  bool driven_by_loads = false;             ///< at rest, by no support and no spring; set by solve_static
 
   int dof_count() const { return 3 * hanging.reduced_count(); }  ///< the paper's count: prescribed ones included
 };

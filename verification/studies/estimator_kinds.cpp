@@ -363,7 +363,7 @@ void add_kinds(const EvidenceOptions& options, Evidence& evidence) {
     std::vector<KindRow> (*rows)();
   };
   EvidenceTable table{"Effectivity beyond linear strains in full hexahedra",
-                      {"kind", "rung", "cells", "true error", "spr", "spr_edges"},
+                      {"kind", "rung", "cells", "error over |u_h|", "spr", "spr_edges"},
                       {}};
   for (const Kind& kind : {Kind{"tetrahedra", &tetrahedra_rows}, Kind{"cut", &cut_rows}, Kind{"rotated", &rotated_rows},
                            Kind{"moving", &moving_rows}}) {

@@ -34,7 +34,7 @@ struct KindRow {
   ProblemKind kind;
   std::string rung;
   int cells = 0, dofs = 0;
-  double true_error = 0.0;            ///< relative
+  double true_error = 0.0;            ///< over the energy norm of the computed solution, as η is
   double spr = 0.0, spr_edges = 0.0;  ///< effectivities
 };
 /// tetrahedra_rungs (estimator_rungs.hpp).

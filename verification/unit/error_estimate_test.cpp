@@ -199,21 +199,26 @@ TEST_CASE("under loads alone the estimate counts what the solution lacks of its 
   const double size = GENERATE(1.0, 30.0);  // of the error beside the energy
   const Eigen::Matrix3Xd u =
       interpolated(d, [&](const Eigen::Vector3d& X) -> Eigen::Vector3d { return 0.01 * (X + size * smooth(X)); });
-  const ErrorEstimate driven = estimate_error(d, u, Estimator::spr_edges);
+  const ErrorEstimate without = estimate_error(d, u, Estimator::spr_edges);
+  const double plain = estimate_error_spr(d, u).total;
   d.driven_by_loads = true;
   const ErrorEstimate loaded = estimate_error(d, u, Estimator::spr_edges);
+  CHECK(estimate_error_spr(d, u).total == plain);
+  CHECK_THAT(loaded.eta.norm(), WithinRel(loaded.total, 1e-14));
   if (material.kinematics == Kinematics::corotational) {
-    CHECK(loaded.total == driven.total);
+    CHECK(loaded.total == without.total);
     return;
   }
   // ‖e‖² = est² (1 + ‖e‖²/‖u_h‖²), the equation that the closed form solves.
   const double energy = loaded.energy_norm * loaded.energy_norm;
-  CHECK(driven.relative > 0.01);
-  CHECK(loaded.relative > driven.relative);
+  CHECK(without.relative > 0.01);
+  CHECK(loaded.relative > without.relative);
   CHECK_THAT(loaded.total * loaded.total,
-             WithinRel(driven.total * driven.total * (1.0 + loaded.total * loaded.total / energy), 1e-12));
-  CHECK(relative_distance(loaded.eta / loaded.total, driven.eta / driven.total) < 1e-12);
-  CHECK(estimate_error_spr(d, u).total < loaded.total);
+             WithinRel(without.total * without.total * (1.0 + loaded.total * loaded.total / energy), 1e-12));
+  CHECK(relative_distance(loaded.eta / loaded.total, without.eta / without.total) < 1e-12);
+  const ErrorEstimate at_rest = estimate_error(d, Eigen::Matrix3Xd::Zero(3, u.cols()), Estimator::spr_edges);
+  CHECK(at_rest.total == 0.0);
+  CHECK(at_rest.relative == 0.0);
 }
 
 TEST_CASE("the amplitude that a solution lacks is bounded where it is nothing but error", "[estimate]") {
@@ -222,9 +227,9 @@ TEST_CASE("the amplitude that a solution lacks is bounded where it is nothing bu
   for (int node = 0; node < d.mesh.node_count(); ++node)
     if (!d.hanging.hangs(node)) u.col(node) = Eigen::Vector3d(node % 2, node % 3, node % 5);  // noise
   u = expand(d.hanging, gather(d.hanging, u));
-  const double driven = estimate_error(d, u, Estimator::spr_edges).total;
+  const double without = estimate_error(d, u, Estimator::spr_edges).total;
   d.driven_by_loads = true;
-  CHECK_THAT(estimate_error(d, u, Estimator::spr_edges).total, WithinRel(2.0 * driven, 1e-12));
+  CHECK_THAT(estimate_error(d, u, Estimator::spr_edges).total, WithinRel(2.0 * without, 1e-12));
 }
 
 TEST_CASE("tetrahedra far from a singular edge count a share for what the edge takes from the whole field",
@@ -236,6 +241,7 @@ TEST_CASE("tetrahedra far from a singular edge count a share for what the edge t
   const Discretization notched = refined(box_mesh(options), Material{});
   // Of λ = 0.544 (Williams 1952) in 64ths.
   CHECK_THAT(pollution_share(0.5390625), WithinRel(0.1 * std::exp(-0.390625), 1e-14));
+  CHECK(pollution_share(0.3) == pollution_share(0.5));
   Discretization plain = notched;
   std::ranges::fill(plain.singular_edge, SingularEdge{});
   const auto at_notch = [&](double power) {  // the more, the less lies at the notch
@@ -259,4 +265,8 @@ TEST_CASE("tetrahedra far from a singular edge count a share for what the edge t
       if (!notched.singular_edge[cell])
         CHECK_THAT(weighted.eta[cell], WithinRel(raw.eta[cell] * std::sqrt(1.0 + share), 1e-10));
   }
+  // Where no cell is far there is nothing to share.
+  Discretization all_near = plain;
+  std::ranges::fill(all_near.singular_edge, *std::ranges::find_if(notched.singular_edge, &SingularEdge::operator bool));
+  CHECK(std::isfinite(estimate_error(all_near, at_notch(0.6), Estimator::spr_edges).total));
 }

@@ -54,6 +54,7 @@ std::vector<double> shared_stages(Kinematics kinematics, CellShape shape) {
   const std::vector<SupportCondition> supports = {{"x_min", std::nullopt, {}}};
   Discretization d = discretize(forest, material, supports);
   d.free_surface = find_free_surface(forest, d, supports, {});
+  d.driven_by_loads = true;
   Eigen::VectorXd reduced(d.dof_count());
   for (double& value : reduced) value = 0.02 * random_number(generator);
   const Eigen::Matrix3Xd u = expand(d.hanging, reduced);

@@ -30,9 +30,17 @@ TEST_CASE("loads alone drive a body where no support moves it and no spring hold
   StaticProblem moved = problem;
   moved.supports.push_back(
       {"x_min", Eigen::Vector3d(Eigen::Vector3d::UnitX()), [](const Eigen::Vector3d& X) -> Eigen::Vector3d {
-         return {1e-9 * X.y(), 0.0, 0.0};
+         return {1e-4 * X.y(), 0.0, 0.0};
        }});
   CHECK_FALSE(driven_by_loads(moved));
+
+  // Round-off of a displacement of zero is none.
+  StaticProblem nearly = problem;
+  nearly.supports.push_back(
+      {"x_min", Eigen::Vector3d(Eigen::Vector3d::UnitX()), [](const Eigen::Vector3d& X) -> Eigen::Vector3d {
+         return {1e-18 * X.y(), 0.0, 0.0};
+       }});
+  CHECK(driven_by_loads(nearly));
 
   StaticProblem sprung = problem;
   sprung.springs = {{"bed", {{{0, {0.25, 0.25, 0.25}}, 1.0}}, {}}};
