@@ -95,7 +95,8 @@ std::string what_is_not_of_a_rung(const Scene& scene) {
   return missing.empty() ? "" : "the error is known where a problem " + missing;
 }
 
-/// Up to where the rungs go. Under loads alone two bent bodies of each shape are coarser than all that supports move.
+/// Under loads alone what a coarse body lacks of its amplitude is part of the estimate, up to bent rungs that are half
+/// wrong and more; elsewhere few rungs are as coarse.
 double largest_estimate(const Scene& scene) {
   const bool is_moved = std::ranges::any_of(scene.supports, [](const SceneSupport& support) {
     return !support.displacement.isZero(0.0) || !support.gradient.isZero(0.0);
@@ -110,7 +111,7 @@ std::string why_uncertified(const Scene& scene, double eta, bool converged) {
   if (const std::string why = what_is_not_of_a_rung(scene); !why.empty()) return why;
   if (const double largest = largest_estimate(scene); eta > largest)
     return "the estimate is above " + std::to_string(std::lround(100.0 * largest)) +
-           " %, and no problem like this one with a known error is as coarse";
+           " %, where so coarse a body may lack more than it shows";
   return eta > 0.0 ? "" : "the estimate is zero, and a range is a multiple of it";
 }
 

@@ -17,8 +17,8 @@ namespace finegauge {
 struct CertifiedRange {
   double low, high;
 };
-/// None where no rung of the ladder is like the scene, its solve did not converge, or the estimate is zero, as of a
-/// body that nothing deforms.
+/// None where no rung of the ladder is like the scene, its solve did not converge, the estimate is above 50 % (30 %
+/// where supports move the body, it turns or it moves), or zero, as of a body that nothing deforms.
 std::optional<CertifiedRange> certified_range(const Scene& scene, double eta, bool converged);
 /// Which of these it is, and which part of the scene; empty where a range is given.
 std::string why_uncertified(const Scene& scene, double eta, bool converged);
