@@ -22,7 +22,7 @@ void print_line(const std::string& name, const std::string& about) {
   std::printf("  %-26s  %s\n", name.c_str(), about.c_str());
 }
 
-void print_list() {
+void print_everything() {
   std::printf("Scenes (finegauge run FILE):\n");
   const std::vector<std::filesystem::path> scenes = known_scenes();
   for (const auto& file : scenes) print_line(file.string(), about_scene(file));
@@ -40,7 +40,7 @@ void print_list() {
 void add_list_command(CLI::App& program, int&) {
   CLI::App* command = program.add_subcommand("list", "Scenes, studies and evidence, a line each");
   command->footer("Example:\n  finegauge list");
-  command->callback(print_list);
+  command->callback(print_everything);
 }
 
 }  // namespace finegauge

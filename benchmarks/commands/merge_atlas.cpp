@@ -8,7 +8,7 @@
 namespace finegauge {
 namespace {
 
-std::string row_name(const Json& row) {
+std::string point_name(const Json& row) {
   return row.at("axis").get<std::string>() + " = " + brief_number(row.at("value").get<double>());
 }
 
@@ -28,13 +28,13 @@ std::vector<SafeBoxRow> axes_of(const Json& rows) {
       throw UsageError("merge: found a row of the axis " + name + ", which is not known");
     if (axes.empty() || axes.back().axis != &*known) {
       if (!axes.empty() && axes.back().axis > &*known)
-        throw UsageError("merge: found parts of different sweeps: " + row_name(row) + " is not in its place");
+        throw UsageError("merge: found parts of different sweeps: " + point_name(row) + " is not in its place");
       close_axis();
       axes.push_back({&*known, {}});
     }
     points.push_back(atlas_point(row));
     if (points.size() > 1 && !(points[points.size() - 2].value < points.back().value))
-      throw UsageError("merge: found parts of different sweeps: " + row_name(row) + " is not in its place");
+      throw UsageError("merge: found parts of different sweeps: " + point_name(row) + " is not in its place");
   }
   close_axis();
   return axes;
@@ -64,7 +64,8 @@ Json copy_failing(std::span<const MergePart> parts, const SafeBoxRow& row, const
   return failing;
 }
 
-void conclude(std::span<const MergePart> parts, ResultDocument& whole, const std::filesystem::path& out, bool print) {
+void conclude_atlas(std::span<const MergePart> parts, ResultDocument& whole, const std::filesystem::path& out,
+                    bool print) {
   const std::vector<SafeBoxRow> rows = axes_of(whole.rows);
   const Json told = std::move(whole.summary["parts"]);
   whole.summary.erase("parts");
@@ -86,6 +87,6 @@ void conclude(std::span<const MergePart> parts, ResultDocument& whole, const std
 
 }  // namespace
 
-MergeableKind mergeable_atlas() { return {"atlas", row_name, conclude}; }
+MergeableKind mergeable_atlas() { return {"atlas", point_name, conclude_atlas}; }
 
 }  // namespace finegauge

@@ -9,7 +9,7 @@
 namespace finegauge {
 namespace {
 
-std::string row_name(const Json& row) { return "job " + std::to_string(row.at("job").get<int>()); }
+std::string job_name(const Json& row) { return "job " + std::to_string(row.at("job").get<int>()); }
 
 /// All of a header that parts of one sweep have in common.
 void require_same_header(const MergePart& part, const Json& first, const Json& other) {
@@ -76,7 +76,8 @@ TradeSweep joined_sweep(std::span<const MergePart> parts, const std::string& nam
   return sweep;
 }
 
-void conclude(std::span<const MergePart> parts, ResultDocument& whole, const std::filesystem::path& out, bool print) {
+void conclude_trade(std::span<const MergePart> parts, ResultDocument& whole, const std::filesystem::path& out,
+                    bool print) {
   const Json& first = parts.front().document.at("summary");
   for (const MergePart& part : parts)
     for (const char* key : {"quantity", "questions"})
@@ -103,6 +104,6 @@ void conclude(std::span<const MergePart> parts, ResultDocument& whole, const std
 
 }  // namespace
 
-MergeableKind mergeable_trade() { return {"trade", row_name, conclude}; }
+MergeableKind mergeable_trade() { return {"trade", job_name, conclude_trade}; }
 
 }  // namespace finegauge

@@ -20,8 +20,8 @@
 namespace finegauge {
 namespace {
 
-constexpr int quick_frames = 150, quick_dofs = 8000;
-constexpr double quick_seconds = 12.0;       // of each of the passes over the scene
+constexpr int quick_pass_frames = 150, quick_pass_dofs = 8000;
+constexpr double quick_pass_seconds = 12.0;  // of each of the passes over the scene
 constexpr int instrumentation_frames = 400;  // more tell no more
 
 /// Frames or steps that --quick or the user does not let run.
@@ -31,7 +31,7 @@ struct Limits {
   double started;
   bool reached(int frames) const {
     return interrupt_signal() != 0 ||
-           (quick && (frames >= quick_frames || progress.seconds() - started > quick_seconds));
+           (quick && (frames >= quick_pass_frames || progress.seconds() - started > quick_pass_seconds));
   }
 };
 
@@ -63,7 +63,7 @@ void profile_moving(const Scene& scene, const CommonOptions& options, Progress& 
         [&](const MotionView& view) {
           observe(view);
           ++frames;
-          const int planned = options.quick ? std::min(view.frames, quick_frames) : view.frames;
+          const int planned = options.quick ? std::min(view.frames, quick_pass_frames) : view.frames;
           if (frames % std::max(1, planned / 7) == 0)
             progress.update(begin + (end - begin) * std::min(1.0, static_cast<double>(frames) / planned), doing);
           return !limits.reached(frames);
@@ -88,7 +88,7 @@ void profile_moving(const Scene& scene, const CommonOptions& options, Progress& 
 
 void profile_static(const Scene& given, const CommonOptions& options, Progress& progress, Profiled& result) {
   Scene scene = given;
-  if (options.quick && scene.adapt) scene.adapt->max_dofs = std::min(scene.adapt->max_dofs, quick_dofs);
+  if (options.quick && scene.adapt) scene.adapt->max_dofs = std::min(scene.adapt->max_dofs, quick_pass_dofs);
   result.frames.emplace(given, nullptr);
   const StaticRun run = run_static(scene, [&](const StaticView& view) {
     result.frames->add(view);

@@ -12,12 +12,12 @@
 namespace finegauge {
 namespace {
 
-std::vector<const EvidenceStudy*> chosen_studies(const std::vector<std::string>& names) {
+std::vector<const EvidenceStudy*> chosen_evidence(const std::vector<std::string>& names) {
   std::string known = "all";
   for (const EvidenceStudy& study : evidence_studies()) known.append(", ").append(study.name);
   for (const std::string& name : names)
     if (name != "all" && std::ranges::find(evidence_studies(), name, &EvidenceStudy::name) == evidence_studies().end())
-      throw UsageError("verify: no study \"" + name + "\"; there are: " + known);
+      throw UsageError(std::string("verify: no study \"").append(name).append("\"; there are: ").append(known));
   const bool all = names.empty() || std::ranges::find(names, "all") != names.end();
   std::vector<const EvidenceStudy*> chosen;
   for (const EvidenceStudy& study : evidence_studies())
@@ -87,7 +87,7 @@ void record(const EvidenceStudy& study, const StudyOutcome& outcome, ResultDocum
 }
 
 int verify(const std::vector<std::string>& names, const CommonOptions& options) {
-  const std::vector<const EvidenceStudy*> studies = chosen_studies(names);
+  const std::vector<const EvidenceStudy*> studies = chosen_evidence(names);
   if (!options.set.empty()) throw UsageError("verify: --set has nothing to set; the studies bring their own problems");
   if (options.quick) throw UsageError("verify: there is no --quick; name the studies that you want (finegauge list)");
   const std::filesystem::path directory = result_directory(options, "verify", "verify");

@@ -9,13 +9,13 @@
 namespace finegauge {
 namespace {
 
-void require_times(const FrameTimes& frames) {
+void require_times(const RunTimes& frames) {
   if (frames.empty()) throw std::invalid_argument("a run without frames");
   for (const double time : frames)
     if (!(time > 0.0 && std::isfinite(time))) throw std::invalid_argument("a frame's time is not positive");
 }
 
-std::vector<double> medians_of_frames(std::span<const FrameTimes> runs) {
+std::vector<double> medians_of_frames(std::span<const RunTimes> runs) {
   std::vector<double> medians(runs.front().size());
   std::vector<double> of_frame(runs.size());
   for (std::size_t k = 0; k < medians.size(); ++k) {
@@ -34,7 +34,7 @@ double log_ratio(const TimeBlock& block, const std::vector<int>& frames) {
 
 }  // namespace
 
-std::vector<int> frames_at_percentile(std::span<const FrameTimes> runs, int percent) {
+std::vector<int> frames_at_percentile(std::span<const RunTimes> runs, int percent) {
   const std::vector<double> medians = medians_of_frames(runs);
   const double bound = percentile(medians, percent);
   std::vector<int> frames;
@@ -48,9 +48,9 @@ FrameComparison compare_frames(std::span<const TimeBlock> blocks, const Comparis
   FrameComparison comparison;
   comparison.blocks = static_cast<int>(blocks.size());
   const std::size_t count = blocks.front().head.size();
-  std::vector<FrameTimes> runs;
+  std::vector<RunTimes> runs;
   for (const TimeBlock& block : blocks)
-    for (const FrameTimes& run : {block.head, block.base}) {
+    for (const RunTimes& run : {block.head, block.base}) {
       require_times(run);
       comparison.frame_by_frame = comparison.frame_by_frame && run.size() == count;
       runs.push_back(run);
@@ -83,14 +83,14 @@ bool wants_more_blocks(const FrameComparison& so_far, const ComparisonRule& rule
 
 CalibratedTime calibrated_time(std::span<const CalibratedRun> runs, int percent) {
   if (runs.empty()) throw std::invalid_argument("no runs");
-  std::vector<FrameTimes> scaled;
+  std::vector<RunTimes> scaled;
   CalibratedTime time;
   for (const CalibratedRun& run : runs) {
     require_times(run.frames);
     require_times({run.kernel_ms});
     if (run.frames.size() != runs.front().frames.size())
       throw std::invalid_argument("runs of one build differ in their number of frames");
-    FrameTimes frames = run.frames;
+    RunTimes frames = run.frames;
     for (double& frame : frames) frame /= run.kernel_ms;
     const double of_run = percentile(frames, percent);
     time.low = scaled.empty() ? of_run : std::min(time.low, of_run);

@@ -14,15 +14,15 @@ namespace finegauge {
 /// Frame k of a scene does the same work in every run of it. So what a percentile stands for is found first: the frames
 /// not faster than that percentile by their medians over all runs, which an interruption of single runs cannot move.
 /// For 99 and 200 frames these are three, for 50 the slower half.
-using FrameTimes = std::vector<double>;
+using RunTimes = std::vector<double>;
 
 /// The frames, ascending, whose median over the runs is not below the percentile (nearest rank) of the medians. All
 /// runs have as many frames, one or more (precondition); percentile: 1 to 100.
-std::vector<int> frames_at_percentile(std::span<const FrameTimes> runs, int percentile);
+std::vector<int> frames_at_percentile(std::span<const RunTimes> runs, int percentile);
 
 /// A run of either build right after the other, the order tossed.
 struct TimeBlock {
-  FrameTimes head, base;
+  RunTimes head, base;
 };
 
 /// What is asked of a comparison of builds.
@@ -53,7 +53,7 @@ bool wants_more_blocks(const FrameComparison& so_far, const ComparisonRule& rule
 
 /// A run between two runs of the calibration kernel.
 struct CalibratedRun {
-  FrameTimes frames;
+  RunTimes frames;
   double kernel_ms = 0.0;  ///< a miniature frame then (calibration_kernel.hpp)
 };
 struct CalibratedTime {

@@ -42,10 +42,10 @@ struct NoisyMachine {
   double heavy() { return std::student_t_distribution<double>(2.0)(random); }
   /// Frames of 1 to 3 ms, every 40th of 5 ms; `slower` multiplies frame k's work.
   template <class Slower>
-  FrameTimes run(int frames, Slower slower) {
+  RunTimes run(int frames, Slower slower) {
     drift += 0.05 * std::normal_distribution<double>()(random);
     const double of_run = std::exp(drift + 0.02 * heavy());
-    FrameTimes times;
+    RunTimes times;
     for (int k = 0; k < frames; ++k) {
       const double work = (k % 40 == 7 ? 5.0 : 1.0 + 2.0 * k / frames) * slower(k);
       const bool interrupted = std::uniform_int_distribution<int>(0, 9)(random) == 0;
@@ -196,8 +196,8 @@ TEST_CASE("slower worst frames are the 99th percentile's affair and not the medi
 }
 
 TEST_CASE("a percentile's frames are found by medians over the runs", "[gate][statistics]") {
-  std::vector<FrameTimes> runs(5, FrameTimes(200));
-  for (FrameTimes& run : runs) std::iota(run.begin(), run.end(), 1.0);
+  std::vector<RunTimes> runs(5, RunTimes(200));
+  for (RunTimes& run : runs) std::iota(run.begin(), run.end(), 1.0);
   runs[1][20] = runs[3][20] = 1e6;  // interrupted twice in five: not the frame's own
   CHECK(frames_at_percentile(runs, 99) == std::vector<int>{197, 198, 199});
   CHECK(frames_at_percentile(runs, 100) == std::vector<int>{199});
@@ -227,7 +227,7 @@ TEST_CASE("a comparison that could have seen nothing is undecided", "[gate][stat
 TEST_CASE("a calibrated time is the same on a machine of another speed", "[gate][statistics]") {
   std::vector<CalibratedRun> runs;
   for (const double speed : {1.0, 3.0, 0.5}) {
-    FrameTimes frames(100);
+    RunTimes frames(100);
     for (std::size_t k = 0; k < frames.size(); ++k) frames[k] = speed * static_cast<double>(k + 1);
     runs.push_back({frames, speed * 4.0});
   }

@@ -14,11 +14,11 @@ constexpr int kernel_frames = 60;  // a tenth of a second
 
 /// The columns of frame times of a result; a reason where one is missing.
 std::string take_columns(const JobResult& job, const std::set<std::string>& columns,
-                         std::map<std::string, FrameTimes>& times) {
+                         std::map<std::string, RunTimes>& times) {
   if (!job.document) return job.failure;
   const Json& rows = job.document->at("rows");
   for (const std::string& column : columns) {
-    FrameTimes& of_column = times[column];
+    RunTimes& of_column = times[column];
     for (const Json& row : rows) {
       if (!row.contains(column) || !row.at(column).is_number()) return "a row of the result has no number " + column;
       of_column.push_back(row.at(column).get<double>());
@@ -41,7 +41,7 @@ class Timing {
   }
 
   /// One run of the head with the kernel before and after it.
-  std::string run_head(TimeRuns& runs, std::map<std::string, FrameTimes>& times) {
+  std::string run_head(TimeRuns& runs, std::map<std::string, RunTimes>& times) {
     const KernelTime before = calibrated_ ? kernel_.measure(kernel_frames) : KernelTime{};
     const std::string failure = take_columns(runner_.run(JobRunner::this_program(), command_), columns_, times);
     if (!failure.empty() || !calibrated_) return failure;
@@ -53,7 +53,7 @@ class Timing {
     }
     return {};
   }
-  std::string run_base(const std::filesystem::path& base, std::map<std::string, FrameTimes>& times) {
+  std::string run_base(const std::filesystem::path& base, std::map<std::string, RunTimes>& times) {
     return take_columns(runner_.run(base, command_), columns_, times);
   }
 
@@ -101,7 +101,7 @@ TimeRuns run_for_times(const JobWords& command, std::span<const Budget> budgets,
 
   for (int block = 0; compared && runs.base_failure.empty() && !stop() && any_wants_more(budgets, runs); ++block) {
     tell(to_string(command) + ", block " + std::to_string(block + 1));
-    std::map<std::string, FrameTimes> head, of_base;
+    std::map<std::string, RunTimes> head, of_base;
     const bool head_first = std::uniform_int_distribution<int>(0, 1)(random) == 0;
     if (head_first) runs.failure = timing.run_head(runs, head);
     runs.base_failure = timing.run_base(*base, of_base);
@@ -112,7 +112,7 @@ TimeRuns run_for_times(const JobWords& command, std::span<const Budget> budgets,
   }
   for (int run = runs.calibrated.empty() ? 0 : calibrated_runs; calibrated && run < calibrated_runs && !stop(); ++run) {
     tell(to_string(command) + ", run " + std::to_string(run + 1) + " of " + std::to_string(calibrated_runs));
-    std::map<std::string, FrameTimes> frames;
+    std::map<std::string, RunTimes> frames;
     runs.failure = timing.run_head(runs, frames);
   }
   return runs;

@@ -7,7 +7,7 @@
 namespace finegauge {
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double no_curve = std::numeric_limits<double>::quiet_NaN();
 
 /// Linear interpolation; x ascending, at least two.
 double interpolate(const std::vector<double>& x, const std::vector<double>& y, double at) {
@@ -30,7 +30,7 @@ Envelope advancing_part(const ForceCurve& curve) {
 
 /// Mean squares of a - b and of b, at equally spaced places from `from` on that both cover.
 struct MeanSquares {
-  double difference = nan, size = nan;
+  double difference = no_curve, size = no_curve;
 };
 MeanSquares mean_squares(const Envelope& a, const Envelope& b, double from, int samples) {
   if (a.travel.size() < 2 || b.travel.size() < 2) return {};
@@ -49,7 +49,7 @@ MeanSquares mean_squares(const Envelope& a, const Envelope& b, double from, int 
 
 double distance(const Envelope& a, const Envelope& b, int samples) {
   const MeanSquares mean = mean_squares(a, b, -std::numeric_limits<double>::infinity(), samples);
-  return mean.size > 0.0 ? std::sqrt(mean.difference / mean.size) : nan;
+  return mean.size > 0.0 ? std::sqrt(mean.difference / mean.size) : no_curve;
 }
 
 std::size_t deepest(const ForceCurve& curve) {
@@ -61,7 +61,7 @@ std::size_t deepest(const ForceCurve& curve) {
 double Envelope::at(double x) const { return interpolate(travel, force, x); }
 
 double stiffness_before_puncture(const ForceCurve& curve) {
-  if (curve.puncture < 0) return nan;
+  if (curve.puncture < 0) return no_curve;
   const double peak = curve.force[curve.puncture];
   double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
   for (int k = 0; k <= curve.puncture; ++k) {
@@ -73,7 +73,7 @@ double stiffness_before_puncture(const ForceCurve& curve) {
     xy += curve.travel[k] * curve.force[k];
   }
   const double spread = n * xx - x * x;
-  return n >= 3.0 && spread > 0.0 ? (n * xy - x * y) / spread : nan;
+  return n >= 3.0 && spread > 0.0 ? (n * xy - x * y) / spread : no_curve;
 }
 
 ForcePeak passing_point(double margin_before, ForcePeak before, double margin_after, ForcePeak after) {

@@ -9,7 +9,7 @@
 namespace finegauge {
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
 
 /// Value `component` of a quantity of `width` components, linear in time between frames.
 double value_at(const RunCurves& curves, const std::vector<double>& values, int width, int component, double time) {
@@ -25,7 +25,7 @@ double value_at(const RunCurves& curves, const std::vector<double>& values, int 
 double mean_square_error(const RunCurves& reference, const RunCurves& curves, const std::string& name) {
   const auto found = curves.values.find(name), exact = reference.values.find(name);
   if (found == curves.values.end() || exact == reference.values.end() || curves.time.empty() || reference.time.empty())
-    return nan;
+    return no_value;
   const int width = static_cast<int>(found->second.size() / curves.time.size());
   double difference = 0.0, size = 0.0;
   // A longer time step ends later than the duration: there the reference has nothing to say.
@@ -38,7 +38,7 @@ double mean_square_error(const RunCurves& reference, const RunCurves& curves, co
       difference += off * off;
       size += there * there;
     }
-  return size > 0.0 ? std::sqrt(difference / size) : nan;
+  return size > 0.0 ? std::sqrt(difference / size) : no_value;
 }
 
 ForceCurve curve_in(const RunCurves& curves, const std::vector<double>& force) {
@@ -59,11 +59,11 @@ double work(const ForceCurve& curve, double last) {
 }
 
 double work_error(const RunCurves& reference, const RunCurves& curves) {
-  if (curves.travel.empty() || reference.travel.empty()) return nan;
+  if (curves.travel.empty() || reference.travel.empty()) return no_value;
   const ForceCurve exact = curve_in(reference, reference.tip_force), found = curve_in(curves, curves.tip_force);
   const double last = std::min(exact.travel.back(), found.travel.back());
   const double size = work(exact, last);
-  return size > 0.0 ? std::abs(work(found, last) - size) / size : nan;
+  return size > 0.0 ? std::abs(work(found, last) - size) / size : no_value;
 }
 
 }  // namespace
@@ -101,7 +101,7 @@ std::map<std::string, double> errors_against(const RunCurves& reference, const R
                                              const std::vector<QuantityOfInterest>& quantities) {
   std::map<std::string, double> errors;
   for (const QuantityOfInterest& quantity : quantities) {
-    double error = nan;
+    double error = no_value;
     switch (quantity.kind) {
       case QuantityKind::energy:
       case QuantityKind::displacement:

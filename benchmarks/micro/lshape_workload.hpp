@@ -3,6 +3,7 @@
 #include <benchmark/benchmark.h>
 
 #include <Eigen/Core>
+#include <span>
 #include <vector>
 
 #include "benchmarks/paper/lshape_problem.hpp"
@@ -20,6 +21,8 @@ struct LshapeWorkload {
   Eigen::Matrix3Xd loads;  ///< [N]
   Equilibrium solution;    ///< to a relative residual of 1e-8
   ErrorEstimate estimate;
+
+  std::span<const double> eta() const { return {estimate.eta.data(), static_cast<std::size_t>(estimate.eta.size())}; }
 };
 
 /// Uniform: the mesh with exactly `dofs`, 975, 6,075 or 42,483. Adaptive: the paper's loop (2×2×2, maximum strategy,

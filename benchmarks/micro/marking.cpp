@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
 #include <vector>
 
 #include "benchmarks/micro/lshape_workload.hpp"
@@ -13,15 +12,11 @@ using namespace finegauge;
 
 namespace {
 
-std::span<const double> eta(const LshapeWorkload& work) {
-  return {work.estimate.eta.data(), static_cast<std::size_t>(work.estimate.eta.size())};
-}
-
 void marking_maximum(benchmark::State& state) {
   const LshapeWorkload& work = lshape_workload(state);
   std::vector<int> marked;
   for (auto _ : state) {
-    marked = mark_maximum(eta(work), lshape_theta);
+    marked = mark_maximum(work.eta(), lshape_theta);
     benchmark::ClobberMemory();
   }
   Eigen::Index worst = 0;
@@ -39,7 +34,7 @@ void marking_bulk(benchmark::State& state) {
   constexpr double theta = 0.5;
   std::vector<int> marked;
   for (auto _ : state) {
-    marked = mark_bulk(eta(work), theta);
+    marked = mark_bulk(work.eta(), theta);
     benchmark::ClobberMemory();
   }
   double squares = 0.0;
@@ -108,7 +103,7 @@ void frame_marking(benchmark::State& state) {
   while (frame < 3) (frame % 2 ? rising : falling) = mark(frame), ++frame;
   std::vector<int> refined;
   for (const Refinement& r : rising.refine) refined.push_back(r.cell);
-  if (refined != mark_maximum(eta(work), lshape_theta) || !rising.coarsen.empty() || !falling.refine.empty())
+  if (refined != mark_maximum(work.eta(), lshape_theta) || !rising.coarsen.empty() || !falling.refine.empty())
     state.SkipWithError("not the cells of the maximum strategy, or in a frame whose stress falls");
   count_sizes(state, d);
   state.counters["marked"] = static_cast<double>(refined.size());
@@ -122,7 +117,7 @@ void frame_forest(benchmark::State& state) {
   const Mesh& mesh = work.discretization.mesh;
   RefinementForest forest = work.problem.forest;
   FrameMarks refine, coarsen;
-  for (const int cell : mark_maximum(eta(work), lshape_theta)) {
+  for (const int cell : mark_maximum(work.eta(), lshape_theta)) {
     refine.refine.push_back({cell, {}});
     coarsen.coarsen.push_back(mesh.forest_cell[cell]);
   }

@@ -1,5 +1,4 @@
 #include <cmath>
-#include <span>
 #include <vector>
 
 #include "benchmarks/micro/lshape_workload.hpp"
@@ -9,10 +8,6 @@
 using namespace finegauge;
 
 namespace {
-
-std::span<const double> eta(const LshapeWorkload& work) {
-  return {work.estimate.eta.data(), static_cast<std::size_t>(work.estimate.eta.size())};
-}
 
 /// All that an adaptive step pays before it can assemble: mark, refine, mesh, T, supports, pattern, multigrid levels.
 /// Sizes are those of the new mesh.
@@ -24,12 +19,12 @@ void change_topology(benchmark::State& state) {
     state.PauseTiming();
     RefinementForest forest = work.problem.forest;
     state.ResumeTiming();
-    refine_marked(forest, work.discretization.mesh, mark_maximum(eta(work), lshape_theta));
+    refine_marked(forest, work.discretization.mesh, mark_maximum(work.eta(), lshape_theta));
     d = discretize(forest, work.problem.material, work.problem.supports);
     hierarchy = build_hierarchy(forest, d, work.problem.supports);
     benchmark::ClobberMemory();
   }
-  const int marked = static_cast<int>(mark_maximum(eta(work), lshape_theta).size());
+  const int marked = static_cast<int>(mark_maximum(work.eta(), lshape_theta).size());
   if (marked == 0 || d.mesh.cell_count() != work.discretization.mesh.cell_count() + 7 * marked ||
       hierarchy.coarse.empty())
     state.SkipWithError("the marked cells were not refined into eight");

@@ -74,7 +74,7 @@ double distance(const Profile& a, const Profile& b) {
   return std::sqrt(difference / size);
 }
 
-std::string percent(double share) {
+std::string percent_text(double share) {
   char text[32];
   std::snprintf(text, sizeof text, "%.3g %%", 100.0 * share);
   return text;
@@ -155,14 +155,15 @@ StudyResult displacement_field_study(const StudyContext& context) {
                        const std::string& why) {
     return ComparisonRow{quantity, paper(key), here, why, paper.place(key)};
   };
-  add_comparison({row("unrefined: distance to full", "unrefined", percent(unrefined), "L² of the profile on the line"),
-                  row("2x3x3: distance to full", "refined", percent(anisotropic), ""),
-                  row("3x3x3: distance to full", "refined", percent(isotropic), ""),
-                  row("2x3x3: distance to 3x3x3", "anisotropic", percent(between), ""),
-                  row("dofs at the end, 2x3x3 / 3x3x3 / full", "dofs",
-                      count(dofs(1)) + " / " + count(dofs(2)) + " / " + count(dofs(3)),
-                      "geometry and clamping are not in the paper: ours stand in displacement_field.toml")},
-                 result);
+  add_comparison(
+      {row("unrefined: distance to full", "unrefined", percent_text(unrefined), "L² of the profile on the line"),
+       row("2x3x3: distance to full", "refined", percent_text(anisotropic), ""),
+       row("3x3x3: distance to full", "refined", percent_text(isotropic), ""),
+       row("2x3x3: distance to 3x3x3", "anisotropic", percent_text(between), ""),
+       row("dofs at the end, 2x3x3 / 3x3x3 / full", "dofs",
+           count(dofs(1)) + " / " + count(dofs(2)) + " / " + count(dofs(3)),
+           "geometry and clamping are not in the paper: ours stand in displacement_field.toml")},
+      result);
   return result;
 }
 

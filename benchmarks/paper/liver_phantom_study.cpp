@@ -14,7 +14,7 @@
 namespace finegauge {
 namespace {
 
-constexpr std::array meshes = {"coarse", "fine", "adaptive-2x2x2", "adaptive-3x3x3"};
+constexpr std::array liver_meshes = {"coarse", "fine", "adaptive-2x2x2", "adaptive-3x3x3"};
 
 Scene phantom_scene(const std::string& mesh, const StudyContext& context) {
   std::vector<std::string> overrides;
@@ -91,9 +91,9 @@ StudyResult liver_phantom_study(const StudyContext& context) {
   const double study_share = context.full ? 0.05 : 1.0;  // of the time; the rest are the cycles of --full
 
   std::vector<NeedleCase> all;
-  all.reserve(meshes.size());
+  all.reserve(liver_meshes.size());
   std::vector<NeedleCase*> cases;
-  for (const char* mesh : meshes) {
+  for (const char* mesh : liver_meshes) {
     all.push_back(needle_case(mesh, phantom_scene(mesh, context), 0, Strokes::all));
     cases.push_back(&all.back());
     if (context.quick) all.back().run.planned_frames = (all.back().run.planned_frames + 2) / 3;

@@ -47,7 +47,7 @@ std::array<std::vector<double>, 3> graded_coordinates(int n, double grading) {
   return x;
 }
 
-ReferenceRun run_core(const std::array<std::vector<double>, 3>& coordinates, const RemovedBlock& notch) {
+LshapeReferenceRun run_core(const std::array<std::vector<double>, 3>& coordinates, const RemovedBlock& notch) {
   const RefinementForest forest(tensor_mesh(coordinates, notch));
   const std::vector<SupportCondition> supports = {
       {"x_max", std::nullopt, {}}, {"y_max", Eigen::Vector3d::UnitY(), {}}, {"z_max", Eigen::Vector3d::UnitZ(), {}}};
@@ -58,15 +58,15 @@ ReferenceRun run_core(const std::array<std::vector<double>, 3>& coordinates, con
   options.method = LinearMethod::direct;
   const Equilibrium equilibrium =
       solve_equilibrium(d, MeshHierarchy{}, loads, Eigen::Matrix3Xd::Zero(3, d.mesh.node_count()), options);
-  ReferenceRun run;
+  LshapeReferenceRun run;
   run.cells = d.mesh.cell_count(), run.dofs = d.dof_count();
   run.energy = 2.0 * equilibrium.energy;
   run.relative_residual = equilibrium.relative_residual, run.converged = equilibrium.converged;
   return run;
 }
 
-ReferenceRun run_box_elements(const std::array<std::vector<double>, 3>& coordinates, const RemovedBlock& notch,
-                              int order) {
+LshapeReferenceRun run_box_elements(const std::array<std::vector<double>, 3>& coordinates, const RemovedBlock& notch,
+                                    int order) {
   BoxElementProblem problem;
   problem.coordinates = coordinates, problem.removed = notch, problem.order = order;
   problem.traction = -Eigen::Vector3d::UnitX();
@@ -75,7 +75,7 @@ ReferenceRun run_box_elements(const std::array<std::vector<double>, 3>& coordina
     return std::array<bool, 3>{clamped, clamped || X.y() == 4.0, clamped || X.z() == 1.0};
   };
   const BoxElementSolution solution = solve_box_elements(problem);
-  ReferenceRun run;
+  LshapeReferenceRun run;
   run.cells = solution.cells, run.dofs = solution.dofs;
   run.energy = 2.0 * solution.energy;
   run.relative_residual = solution.relative_residual;
@@ -94,9 +94,9 @@ std::vector<double> error_exponents(int order, double grading) {
 }
 
 /// The constant of E - sum_k a_k n^-s_k through the last meshes, one more than exponents.
-double fit_limit(std::span<const ReferenceRun> runs, std::span<const double> exponents) {
+double fit_limit(std::span<const LshapeReferenceRun> runs, std::span<const double> exponents) {
   const Eigen::Index m = static_cast<Eigen::Index>(exponents.size()) + 1;
-  const std::span<const ReferenceRun> last = runs.last(static_cast<std::size_t>(m));
+  const std::span<const LshapeReferenceRun> last = runs.last(static_cast<std::size_t>(m));
   Eigen::MatrixXd A(m, m);
   Eigen::VectorXd energies(m);
   for (Eigen::Index i = 0; i < m; ++i) {
@@ -109,7 +109,7 @@ double fit_limit(std::span<const ReferenceRun> runs, std::span<const double> exp
 }
 
 /// s of E - a n^-s through three meshes; zero when the energies do not rise as such a power.
-double observed_exponent(const ReferenceRun& a, const ReferenceRun& b, const ReferenceRun& c) {
+double observed_exponent(const LshapeReferenceRun& a, const LshapeReferenceRun& b, const LshapeReferenceRun& c) {
   const double ratio = (b.energy - a.energy) / (c.energy - b.energy);
   const auto mismatch = [&](double s) {
     const double ab = std::pow(a.cells_per_edge, -s) - std::pow(b.cells_per_edge, -s);
@@ -121,7 +121,7 @@ double observed_exponent(const ReferenceRun& a, const ReferenceRun& b, const Ref
   return bisect(mismatch, low, high);
 }
 
-void check(const ReferenceSequence& sequence) {
+void check_sequence(const ReferenceSequence& sequence) {
   const bool ascending =
       std::adjacent_find(sequence.cells.begin(), sequence.cells.end(), std::greater_equal<>{}) == sequence.cells.end();
   if (sequence.cells.size() < 3 || !ascending)
@@ -146,7 +146,7 @@ double clamped_edge_exponent(double poisson_ratio) {
       0.3, 1.0);
 }
 
-ReferenceRun lshape_reference_run(int order, double grading, int cells_per_edge) {
+LshapeReferenceRun lshape_reference_run(int order, double grading, int cells_per_edge) {
   const int n = cells_per_edge;
   if (!(n > 0 && n % 2 == 0))
     throw std::invalid_argument("cells_per_edge is " + std::to_string(n) + ", but must be even and positive");
@@ -154,13 +154,13 @@ ReferenceRun lshape_reference_run(int order, double grading, int cells_per_edge)
     throw std::invalid_argument("grading is " + std::to_string(grading) + ", but must be finite and at least 1");
   const std::array<std::vector<double>, 3> coordinates = graded_coordinates(n, grading);
   const RemovedBlock notch = {{n, 0, 0}, {2 * n, n, n / 2}};
-  ReferenceRun run = order == 1 ? run_core(coordinates, notch) : run_box_elements(coordinates, notch, order);
+  LshapeReferenceRun run = order == 1 ? run_core(coordinates, notch) : run_box_elements(coordinates, notch, order);
   run.cells_per_edge = n;
   return run;
 }
 
-ExtrapolatedSequence extrapolate(const ReferenceSequence& sequence, std::vector<ReferenceRun> runs) {
-  check(sequence);
+ExtrapolatedSequence extrapolate(const ReferenceSequence& sequence, std::vector<LshapeReferenceRun> runs) {
+  check_sequence(sequence);
   ExtrapolatedSequence result;
   result.order = sequence.order, result.grading = sequence.grading;
   result.exponents = error_exponents(sequence.order, sequence.grading);
@@ -173,19 +173,19 @@ ExtrapolatedSequence extrapolate(const ReferenceSequence& sequence, std::vector<
   return result;
 }
 
-ReferenceEnergy lshape_reference_energy(const LshapeReferenceOptions& options) {
+LshapeReferenceEnergy lshape_reference_energy(const LshapeReferenceOptions& options) {
   // The finest meshes take nearly all of the time, which grows with about the square of the dofs.
   const auto work = [](int order, int n) { return std::pow(static_cast<double>(order) * n, 6); };
   double all = 0.0, done = 0.0;
   for (const ReferenceSequence& sequence : options.sequences) {
-    check(sequence);
+    check_sequence(sequence);
     for (const int n : sequence.cells) all += work(sequence.order, n);
   }
-  ReferenceEnergy result;
+  LshapeReferenceEnergy result;
   result.converged = !options.sequences.empty();
   int highest = 0;
   for (const ReferenceSequence& sequence : options.sequences) {
-    std::vector<ReferenceRun> runs;
+    std::vector<LshapeReferenceRun> runs;
     for (const int n : sequence.cells) {
       options.progress(done / all, "reference energy, order " + std::to_string(sequence.order) + ", " +
                                        std::to_string(n) + " cells per edge");

@@ -26,7 +26,7 @@ struct ReferenceSequence {
   std::vector<int> cells;  ///< n, ascending, three or more
 };
 
-struct ReferenceRun {
+struct LshapeReferenceRun {
   int cells_per_edge = 0;   ///< n
   int cells = 0, dofs = 0;  ///< of the half that is computed; held dofs included
   double energy = 0.0;      ///< of the whole; a lower bound of the exact one
@@ -34,12 +34,12 @@ struct ReferenceRun {
   bool converged = false;
 };
 /// One mesh of a family. Throws std::invalid_argument on n that is odd or not positive, and on a grading below 1.
-ReferenceRun lshape_reference_run(int order, double grading, int cells_per_edge);
+LshapeReferenceRun lshape_reference_run(int order, double grading, int cells_per_edge);
 
 struct ExtrapolatedSequence {
   int order;
   double grading;
-  std::vector<ReferenceRun> runs;
+  std::vector<LshapeReferenceRun> runs;
   std::vector<double> exponents;   ///< of 1/n in the error, as many as were fitted
   double observed_exponent = 0.0;  ///< from the last three meshes alone
   double extrapolated = 0.0;       ///< with the finest mesh
@@ -48,7 +48,7 @@ struct ExtrapolatedSequence {
 
 /// E(n) = E - sum_k a_k n^-s_k exactly through the finest meshes, at most four of them: one more than the exponents s,
 /// which are 2 grading × an edge's exponent for the two kinds of edges, and 2 order; the lowest come first.
-ExtrapolatedSequence extrapolate(const ReferenceSequence& sequence, std::vector<ReferenceRun> runs);
+ExtrapolatedSequence extrapolate(const ReferenceSequence& sequence, std::vector<LshapeReferenceRun> runs);
 
 struct LshapeReferenceOptions {
   std::vector<ReferenceSequence> sequences = {
@@ -56,7 +56,7 @@ struct LshapeReferenceOptions {
   std::function<void(double fraction, const std::string& doing)> progress = [](double, const std::string&) {};
 };
 
-struct ReferenceEnergy {
+struct LshapeReferenceEnergy {
   /// Mean of the sequences of the highest order.
   double value = 0.0;
   /// The largest of: the distance of any sequence's extrapolation from the value; what leaving out the finest mesh
@@ -68,7 +68,7 @@ struct ReferenceEnergy {
 };
 /// The defaults take about half a minute and 2.2 GB. Throws std::invalid_argument on a sequence with fewer than three
 /// meshes.
-ReferenceEnergy lshape_reference_energy(const LshapeReferenceOptions& options = {});
+LshapeReferenceEnergy lshape_reference_energy(const LshapeReferenceOptions& options = {});
 
 /// What reference_data/exact/lshape.json stores. Throws std::runtime_error, naming the file, when it cannot be read.
 struct StoredReference {

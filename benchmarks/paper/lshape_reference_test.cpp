@@ -17,7 +17,9 @@ StoredReference stored_reference() {
 }
 
 /// Energy norm of the error over that of the solution, by orthogonality.
-double true_error(const ReferenceRun& run, double exact_energy) { return std::sqrt(1.0 - run.energy / exact_energy); }
+double true_error(const LshapeReferenceRun& run, double exact_energy) {
+  return std::sqrt(1.0 - run.energy / exact_energy);
+}
 
 }  // namespace
 
@@ -46,7 +48,7 @@ TEST_CASE("box elements of order one and the core's hexahedra have the same ener
     const bool clamped = X.x() == 4.0;
     return std::array<bool, 3>{clamped, clamped || X.y() == 4.0, clamped || X.z() == 1.0};
   };
-  const ReferenceRun core = lshape_reference_run(1, 2.0, 4);
+  const LshapeReferenceRun core = lshape_reference_run(1, 2.0, 4);
   const BoxElementSolution boxes = solve_box_elements(problem);
   CHECK(boxes.cells == core.cells);
   CHECK(boxes.dofs == core.dofs);
@@ -62,7 +64,7 @@ TEST_CASE("half the thickness with a plane of symmetry stands for the whole L-sh
       solve_equilibrium(d, MeshHierarchy{}, nodal_loads(whole.forest.base(), d.mesh, whole.loads),
                         Eigen::Matrix3Xd::Zero(3, d.mesh.node_count()), options);
   REQUIRE(equilibrium.converged);
-  const ReferenceRun half = lshape_reference_run(1, 1.0, 4);  // grading 1: the same cells
+  const LshapeReferenceRun half = lshape_reference_run(1, 1.0, 4);  // grading 1: the same cells
   REQUIRE(2 * half.cells == d.mesh.cell_count());
   CHECK_THAT(half.energy, WithinRel(equilibrium.energy, 1e-11));
 }
@@ -91,9 +93,9 @@ TEST_CASE("the edges of the L-shape have the exponents of plane strain", "[refer
 TEST_CASE("extrapolation is exact for errors of the form that it assumes", "[reference]") {
   const ReferenceSequence sequence = {3, 2.0, {2, 4, 6, 8}};
   const double s = 4.0 * reentrant_edge_exponent(), t = 4.0 * clamped_edge_exponent();
-  std::vector<ReferenceRun> runs;
+  std::vector<LshapeReferenceRun> runs;
   for (const int n : sequence.cells) {
-    ReferenceRun run;
+    LshapeReferenceRun run;
     run.cells_per_edge = n;
     run.energy = 0.09 - 0.3 * std::pow(n, -s) + 0.2 * std::pow(n, -t) - 0.1 * std::pow(n, -6.0);
     runs.push_back(run);
@@ -103,7 +105,7 @@ TEST_CASE("extrapolation is exact for errors of the form that it assumes", "[ref
   CHECK_THAT(result.extrapolated, WithinAbs(0.09, 1e-14));
   CHECK(std::abs(result.without_finest - 0.09) > 1e-8);  // one exponent less: not exact here
 
-  for (ReferenceRun& run : runs) run.energy = 0.09 - 0.3 * std::pow(run.cells_per_edge, -2.5);
+  for (LshapeReferenceRun& run : runs) run.energy = 0.09 - 0.3 * std::pow(run.cells_per_edge, -2.5);
   CHECK_THAT(extrapolate(sequence, runs).observed_exponent, WithinAbs(2.5, 1e-9));
 }
 
@@ -113,7 +115,7 @@ TEST_CASE("coarse cubic meshes converge at the notch's order and extrapolate to 
   CHECK(stored.uncertainty < 1e-5 * stored.value);  // five digits
   LshapeReferenceOptions options;
   options.sequences = {{3, 2.0, {2, 4, 6}}};
-  const ReferenceEnergy energy = lshape_reference_energy(options);
+  const LshapeReferenceEnergy energy = lshape_reference_energy(options);
   REQUIRE(energy.converged);
   const ExtrapolatedSequence& sequence = energy.sequences.front();
   CAPTURE(sequence.runs[0].energy, sequence.runs[1].energy, sequence.runs[2].energy, energy.value);

@@ -17,8 +17,6 @@
 namespace finegauge {
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-
 Json to_json(const LshapeSequences& study, const LshapeStep& s) {
   return {{"scheme", to_string(s.scheme)},
           {"step", s.step},
@@ -131,7 +129,7 @@ StudyResult lshape_study(const StudyContext& context) {
   if (context.full && default_problem) {
     LshapeReferenceOptions options;
     options.progress = [&](double done, const std::string& doing) { context.progress(reference_end * done, doing); };
-    const ReferenceEnergy recomputed = lshape_reference_energy(options);
+    const LshapeReferenceEnergy recomputed = lshape_reference_energy(options);
     result.checks.push_back(check("reference energy, recomputed", recomputed.value,
                                   reference.value - reference.uncertainty, reference.value + reference.uncertainty));
     reference = {recomputed.value, recomputed.uncertainty};
@@ -159,7 +157,8 @@ StudyResult lshape_study(const StudyContext& context) {
   add_to_summary(findings, result.summary);
   // Stored energies, as `strain_energy` of the rows: half of ∫ ε:σ.
   result.summary["reference_energy"] = 0.5 * study.reference_energy;
-  result.summary["reference_energy_uncertainty"] = default_problem ? 0.5 * reference.uncertainty : nan;
+  result.summary["reference_energy_uncertainty"] =
+      default_problem ? 0.5 * reference.uncertainty : std::numeric_limits<double>::quiet_NaN();
   result.summary["reference_energy_method"] = reference_method;
   result.summary["true_error_targets"] = {{"equal_true_error", uniform_true_error(study, 42483)},
                                           {"equal_true_error_316899", uniform_true_error(study, 316899)}};

@@ -12,8 +12,8 @@
 namespace finegauge {
 namespace {
 
-constexpr std::array meshes = {"coarse", "fine", "nested", "adaptive"};
-constexpr int quick_frames = 250;
+constexpr std::array phantom_meshes = {"coarse", "fine", "nested", "adaptive"};
+constexpr int quick_phantom_frames = 250;
 // Puncture and some cuts: the plain solver is slow, and its rate hardly changes with depth.
 constexpr int plain_frames = 150;
 constexpr int rate_passes = 3;
@@ -131,8 +131,8 @@ StudyResult phantom_study(const StudyContext& context) {
   std::vector<PhantomComparison> comparisons;
   std::vector<PhantomRates> passes;
   for (const PhantomSetting& setting : settings) {
-    auto made = context.quick ? run(setting, StepMethod::kept, without_fine, quick_frames, 1.0)
-                              : run(setting, StepMethod::kept, meshes, 0, 1.0);
+    auto made = context.quick ? run(setting, StepMethod::kept, without_fine, quick_phantom_frames, 1.0)
+                              : run(setting, StepMethod::kept, phantom_meshes, 0, 1.0);
     if (!made) break;
     add_rows(*made, "best", result);
     add_checks(*made, result);

@@ -14,7 +14,7 @@
 namespace finegauge {
 namespace {
 
-constexpr int quick_frames = 250;
+constexpr int quick_turn_frames = 250;
 
 /// False when the user stopped it.
 bool run_cubes(const StudyContext& context, double begin, double end, TjunctionFindings& findings) {
@@ -76,7 +76,7 @@ bool run_phantom(const StudyContext& context, double begin, double end, Tjunctio
       [&](const MotionView& view) {
         overhead.observe(view);
         const int frame = view.frame.report.frame.frame;
-        const int planned = context.quick ? std::min(quick_frames, view.frames) : view.frames;
+        const int planned = context.quick ? std::min(quick_turn_frames, view.frames) : view.frames;
         if (frame % 50 == 0)
           context.progress(begin + (end - begin) * frame / planned, "phantom, frame " + std::to_string(frame));
         return frame < planned && !context.interrupted();

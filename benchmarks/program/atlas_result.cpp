@@ -16,10 +16,6 @@ Json to_json(const std::optional<AtlasRange>& range) {
   return {{"low", range ? range->low : none}, {"high", range ? range->high : none}};
 }
 
-std::string range_text(const std::optional<AtlasRange>& range) {
-  return range ? brief_number(range->low) + " to " + brief_number(range->high) : "none";
-}
-
 /// Limits must not shrink.
 void add_checks(const AtlasAxis& axis, const std::string& what, const std::optional<AtlasRange>& found,
                 const AtlasRange& asked, const std::vector<AtlasPoint>& tried, Json& checks) {

@@ -67,7 +67,7 @@ struct FacePatch {
   }
 };
 
-ColorRange color_range(const std::vector<FacePatch>& patches, double upper_quantile) {
+ColorRange range_of_patches(const std::vector<FacePatch>& patches, double upper_quantile) {
   std::vector<std::pair<double, double>> value_and_area;
   double low = 0.0, largest = 0.0;
   for (const FacePatch& patch : patches) {
@@ -77,7 +77,7 @@ ColorRange color_range(const std::vector<FacePatch>& patches, double upper_quant
     for (const double value : patch.value) low = std::min(low, value), largest = std::max(largest, value);
     value_and_area.emplace_back(middle, patch.area);
   }
-  return finegauge::color_range(std::move(value_and_area), low, largest, upper_quantile);
+  return color_range(std::move(value_and_area), low, largest, upper_quantile);
 }
 
 /// Pieces of a patch small enough to be flat in colour and in depth, and its outline cut into the same pieces.
@@ -188,7 +188,7 @@ std::string mesh_picture_svg(const Mesh& mesh, const Eigen::Ref<const Eigen::Vec
     patches.push_back(patch);
   }
 
-  const ColorRange range = color_range(patches, options.upper_quantile);
+  const ColorRange range = range_of_patches(patches, options.upper_quantile);
   // About 12,000 pieces whatever the size of the picture, but not below a few pixels each.
   const double piece_size = std::max(3.0, std::sqrt(area / 12000.0));
   std::vector<Primitive> primitives;

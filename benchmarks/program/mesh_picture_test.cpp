@@ -8,16 +8,11 @@
 #include "core/mesh/base_mesh.hpp"
 #include "core/mesh/refinement_forest.hpp"
 #include "verification/support/catch.hpp"
+#include "verification/support/occurrences.hpp"
 
 using namespace finegauge;
 
 namespace {
-
-int count(const std::string& text, const std::string& part) {
-  int found = 0;
-  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++found;
-  return found;
-}
 
 Mesh box(CellShape shape) {
   RefinementForest forest(box_mesh({.cells = {2, 2, 2}, .shape = shape, .removed = {}}));
@@ -52,7 +47,7 @@ TEST_CASE("a picture shows the faces that look at the viewer and not the others"
   const std::string front = mesh_picture_svg(mesh, nodal, no_displacement, options);
   options.view = {-1.0, 0.0, 0.0};
   const std::string back = mesh_picture_svg(mesh, nodal, no_displacement, options);
-  REQUIRE(count(front, "<path stroke=\"none\"") > 100);
+  REQUIRE(occurrences(front, "<path stroke=\"none\"") > 100);
   CHECK(front.find(">uniform: 1<") != std::string::npos);
   CHECK(back.find(">uniform: 0<") != std::string::npos);
 }
@@ -63,24 +58,24 @@ TEST_CASE("a field of one value is drawn light, however it is rounded, and one t
   nodal += 1e-6 * mesh.nodes.row(0).transpose();  // below the three digits that a label shows
   const std::string uniform = mesh_picture_svg(mesh, nodal, no_displacement);
   CHECK(uniform.find(">uniform: 5<") != std::string::npos);
-  CHECK(count(uniform, "fill=\"#cfe3ec\" d=") == count(uniform, "<path stroke=\"none\""));
-  CHECK(count(uniform, "<rect") == 1);  // the background, and no colour bar
+  CHECK(occurrences(uniform, "fill=\"#cfe3ec\" d=") == occurrences(uniform, "<path stroke=\"none\""));
+  CHECK(occurrences(uniform, "<rect") == 1);  // the background, and no colour bar
   nodal += mesh.nodes.row(0).transpose();
   const std::string varied = mesh_picture_svg(mesh, nodal, no_displacement);
   CHECK(varied.find("uniform") == std::string::npos);
-  CHECK(count(varied, "#cfe3ec") == 0);
-  CHECK(count(varied, "<rect") > 10);
+  CHECK(occurrences(varied, "#cfe3ec") == 0);
+  CHECK(occurrences(varied, "<rect") > 10);
 }
 
 TEST_CASE("values that are not finite are drawn grey and leave the colour bar alone", "[picture]") {
   const Mesh mesh = box(CellShape::hexahedron);
   Eigen::VectorXd nodal = mesh.nodes.row(2);
   const std::string whole = mesh_picture_svg(mesh, nodal, no_displacement);
-  CHECK(count(whole, "#bbbbbb") == 0);
+  CHECK(occurrences(whole, "#bbbbbb") == 0);
   nodal.setConstant(std::numeric_limits<double>::quiet_NaN());
   const std::string none = mesh_picture_svg(mesh, nodal, no_displacement);
-  CHECK(count(none, "#bbbbbb") == count(none, "<path stroke=\"none\""));
-  CHECK(count(none, "#bbbbbb") > 100);
+  CHECK(occurrences(none, "#bbbbbb") == occurrences(none, "<path stroke=\"none\""));
+  CHECK(occurrences(none, "#bbbbbb") > 100);
   CHECK(none.find("nan") == std::string::npos);
 }
 

@@ -61,10 +61,6 @@ std::string spoken(std::string name) {
   return name;
 }
 
-std::string range_text(const std::optional<AtlasRange>& range) {
-  return range ? brief_number(range->low) + " to " + brief_number(range->high) : "none";
-}
-
 /// A stretch of a row, reaching a little beyond its ends so that a single value shows.
 std::string stretch(const Scale& scale, const AtlasRange& range, double y, const std::string& style) {
   constexpr double beyond = 5.0;
@@ -134,6 +130,10 @@ void draw_legend(std::string& svg) {
 }
 
 }  // namespace
+
+std::string range_text(const std::optional<AtlasRange>& range) {
+  return range ? brief_number(range->low) + " to " + brief_number(range->high) : "none";
+}
 
 std::string brief_number(double value) {
   std::string text = svg_number(value, "%.3g");

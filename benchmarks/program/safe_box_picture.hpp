@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,5 +20,7 @@ std::string safe_box_svg(const std::vector<SafeBoxRow>& rows, const std::string&
 
 /// "1e-9", "0.05", "30".
 std::string brief_number(double value);
+/// "1e-9 to 30", or "none".
+std::string range_text(const std::optional<AtlasRange>& range);
 
 }  // namespace finegauge

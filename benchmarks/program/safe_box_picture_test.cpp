@@ -1,16 +1,11 @@
 #include "benchmarks/program/safe_box_picture.hpp"
 
 #include "verification/support/catch.hpp"
+#include "verification/support/occurrences.hpp"
 
 using namespace finegauge;
 
 namespace {
-
-int count(const std::string& text, const std::string& part) {
-  int found = 0;
-  for (std::size_t at = 0; (at = text.find(part, at)) != std::string::npos; at += part.size()) ++found;
-  return found;
-}
 
 AtlasAxis axis() {
   AtlasAxis axis;
@@ -34,13 +29,14 @@ TEST_CASE("the safe box shows each limit, and each failure with a cross", "[atla
   const AtlasSweep found = judge(a, {point(0.0, true), point(1e-9, false), point(1e-3, true), point(1.0, true),
                                      point(1e4, true, true), point(1e6, false)});
   const std::string svg = safe_box_svg({{&a, found}}, "note"), empty = safe_box_svg({}, "note");
-  CHECK(count(svg, "class=\"failing\"") == count(empty, "class=\"failing\"") + 2);  // beside that of the legend
-  CHECK(count(svg, ">0.001 to 1<") == 1);
-  CHECK(count(svg, ">a name [&lt;m&gt;]<") == 1);
-  CHECK(count(svg, ">group<") == 1);
-  CHECK(count(svg, ">1e6<") == 1);
-  CHECK(count(svg, "nan") == 0);
-  CHECK(count(svg, "inf") == 0);
+  CHECK(occurrences(svg, "class=\"failing\"") ==
+        occurrences(empty, "class=\"failing\"") + 2);  // beside that of the legend
+  CHECK(occurrences(svg, ">0.001 to 1<") == 1);
+  CHECK(occurrences(svg, ">a name [&lt;m&gt;]<") == 1);
+  CHECK(occurrences(svg, ">group<") == 1);
+  CHECK(occurrences(svg, ">1e6<") == 1);
+  CHECK(occurrences(svg, "nan") == 0);
+  CHECK(occurrences(svg, "inf") == 0);
 }
 
 TEST_CASE("an axis of one value, of zero alone or of none is drawn as well", "[atlas][picture]") {
@@ -48,9 +44,9 @@ TEST_CASE("an axis of one value, of zero alone or of none is drawn as well", "[a
   for (const std::vector<AtlasPoint>& points : {std::vector{point(1.0, true)}, std::vector{point(0.0, true)},
                                                 std::vector{point(1.0, false)}, std::vector<AtlasPoint>{}}) {
     const std::string svg = safe_box_svg({{&a, judge(a, points)}}, "");
-    CHECK(count(svg, "nan") == 0);
-    CHECK(count(svg, "inf") == 0);
-    CHECK(count(svg, "a name") == 1);
+    CHECK(occurrences(svg, "nan") == 0);
+    CHECK(occurrences(svg, "inf") == 0);
+    CHECK(occurrences(svg, "a name") == 1);
   }
 }
 

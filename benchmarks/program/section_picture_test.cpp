@@ -8,16 +8,11 @@
 #include "core/mesh/base_mesh.hpp"
 #include "core/mesh/refinement_forest.hpp"
 #include "verification/support/catch.hpp"
+#include "verification/support/occurrences.hpp"
 
 using namespace finegauge;
 
 namespace {
-
-int count(const std::string& text, const std::string& part) {
-  int found = 0;
-  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++found;
-  return found;
-}
 
 /// 4 × 2 × 2 cells, one of them refined, cut along x at half its depth.
 struct Body {
@@ -57,7 +52,7 @@ TEST_CASE("each cell that the plane cuts is drawn once, in the colour of its val
   // On the far side of the plane seven cells of 1 cm and the refined one's four on its near face.
   CHECK(cut.size() == (cut.front().cell < 8 ? 11 : 8));
   const std::string svg = section_picture_svg(mesh, at_rest, values, options);
-  CHECK(count(svg, "class=\"cell\"") == static_cast<int>(cut.size()));
+  CHECK(occurrences(svg, "class=\"cell\"") == static_cast<int>(cut.size()));
   CHECK(svg == section_picture_svg(mesh, at_rest, values, options));
   CHECK(svg.find(std::to_string(cut.size()) + " cut by the plane") != std::string::npos);
   std::set<std::string> colors;
@@ -93,8 +88,8 @@ TEST_CASE("cells are drawn inside of the outline only, where there is one", "[pi
   auto [mesh, options] = body();
   const Eigen::VectorXd values = Eigen::VectorXd::LinSpaced(mesh.cell_count(), 0.0, 1.0);
   const std::string whole = section_picture_svg(mesh, at_rest, values, options);
-  CHECK(count(whole, "url(#body)") == 0);
-  CHECK(count(whole, "class=\"outline\"") == 0);
+  CHECK(occurrences(whole, "url(#body)") == 0);
+  CHECK(occurrences(whole, "class=\"outline\"") == 0);
   options.outline = {{{0.01, -0.005}, {0.03, -0.005}, {0.02, 0.005}}, {{0.018, -0.003}, {0.022, -0.003}, {0.02, 0.0}}};
   const std::string part = section_picture_svg(mesh, at_rest, values, options);
   const std::size_t clip = part.find("<clipPath id=\"body\">"), group = part.find("<g clip-path=\"url(#body)\">");
@@ -102,17 +97,17 @@ TEST_CASE("cells are drawn inside of the outline only, where there is one", "[pi
   CHECK(part.find("clip-rule=\"evenodd\"", clip) < group);  // the second polygon is a hole
   CHECK(part.find("class=\"cell\"") > group);
   CHECK(part.find("</g>", group) > part.rfind("class=\"cell\""));
-  CHECK(count(part, "class=\"outline\"") == 1);
+  CHECK(occurrences(part, "class=\"outline\"") == 1);
   CHECK(part.find("</g>", group) < part.find("class=\"outline\""));  // the outline itself is not cut in half
 }
 
 TEST_CASE("a needle is drawn over the section with its tip in the picture, as thick as it is", "[picture][section]") {
   auto [mesh, options] = body();
   const Eigen::VectorXd values = Eigen::VectorXd::LinSpaced(mesh.cell_count(), 0.0, 1.0);
-  CHECK(count(section_picture_svg(mesh, at_rest, values, options), "class=\"needle\"") == 0);
+  CHECK(occurrences(section_picture_svg(mesh, at_rest, values, options), "class=\"needle\"") == 0);
   options.needle.resize(3, 2);
   options.needle << -0.3, -0.02, 0.01, 0.01, 0.01, 0.01;
-  const auto needle = [&](const std::string& svg) {
+  const auto needle = [&options = options](const std::string& svg) {
     const std::size_t at = svg.rfind("class=\"needle\"");
     REQUIRE(at != std::string::npos);
     REQUIRE(at > svg.rfind("class=\"edges\""));
@@ -126,12 +121,12 @@ TEST_CASE("a needle is drawn over the section with its tip in the picture, as th
   };
   const auto thin = needle(section_picture_svg(mesh, at_rest, values, options));
   CHECK(thin[0] == 4.0);
-  CHECK(count(section_picture_svg(mesh, at_rest, values, options), "stroke-opacity=\"0.55\"") == 0);
+  CHECK(occurrences(section_picture_svg(mesh, at_rest, values, options), "stroke-opacity=\"0.55\"") == 0);
   options.needle_radius = 1e-3;
   const auto thick = needle(section_picture_svg(mesh, at_rest, values, options));
   CHECK_THAT(thick[0], WithinAbs(2e-3 * thick[1], 0.06));
   CHECK(thick[0] > 10.0);
-  CHECK(count(section_picture_svg(mesh, at_rest, values, options), "stroke-opacity=\"0.55\"") == 1);
+  CHECK(occurrences(section_picture_svg(mesh, at_rest, values, options), "stroke-opacity=\"0.55\"") == 1);
 }
 
 TEST_CASE("the scale bar is a round length, drawn to scale", "[picture][section]") {
@@ -162,16 +157,16 @@ TEST_CASE("values that are none are grey, and one value everywhere is light", "[
   const int cut = static_cast<int>(section_of_cells(mesh, mesh.nodes, options.plane).size());
   Eigen::VectorXd values = Eigen::VectorXd::Constant(mesh.cell_count(), std::numeric_limits<double>::quiet_NaN());
   const std::string none = section_picture_svg(mesh, at_rest, values, options);
-  CHECK(count(none, "fill=\"#bbbbbb\"") == cut);
+  CHECK(occurrences(none, "fill=\"#bbbbbb\"") == cut);
   CHECK(none.find("nan") == std::string::npos);
   values = Eigen::VectorXd::LinSpaced(mesh.cell_count(), 3.0, 3.1);
-  CHECK(count(section_picture_svg(mesh, at_rest, values, options), "fill=\"#cfe3ec\"") == 0);
+  CHECK(occurrences(section_picture_svg(mesh, at_rest, values, options), "fill=\"#cfe3ec\"") == 0);
   SectionPictureOptions coarse = options;
   coarse.resolution = 0.2;
-  CHECK(count(section_picture_svg(mesh, at_rest, values, coarse), "fill=\"#cfe3ec\"") == cut);
+  CHECK(occurrences(section_picture_svg(mesh, at_rest, values, coarse), "fill=\"#cfe3ec\"") == cut);
   values.setConstant(3.0);
   const std::string one = section_picture_svg(mesh, at_rest, values, options);
-  CHECK(count(one, "fill=\"#cfe3ec\"") == cut);
+  CHECK(occurrences(one, "fill=\"#cfe3ec\"") == cut);
   CHECK(one.find("uniform: 3<") != std::string::npos);
 }
 
@@ -180,7 +175,9 @@ TEST_CASE("cells count for the range of colours as far as they are material", "[
   const int cut = section_of_cells(mesh, mesh.nodes, options.plane)[3].cell;
   Eigen::VectorXd values = Eigen::VectorXd::LinSpaced(mesh.cell_count(), 0.0, 1.0);
   values[cut] = 50.0;
-  const auto largest = [&] { return section_picture_svg(mesh, at_rest, values, options); };
+  const auto largest = [&, &mesh = mesh, &options = options] {
+    return section_picture_svg(mesh, at_rest, values, options);
+  };
   options.upper_quantile = 1.0;
   CHECK(largest().find(">50<") != std::string::npos);
   mesh.fraction.assign(static_cast<std::size_t>(mesh.cell_count()), 1.0);
@@ -197,7 +194,7 @@ TEST_CASE("a plane that misses the body gives an empty picture without a number 
   auto [mesh, options] = body();
   options.plane.point.y() = 3.0;
   const std::string svg = section_picture_svg(mesh, at_rest, Eigen::VectorXd::Ones(mesh.cell_count()), options);
-  CHECK(count(svg, "class=\"cell\"") == 0);
+  CHECK(occurrences(svg, "class=\"cell\"") == 0);
   CHECK(svg.find("nan") == std::string::npos);
   CHECK(svg.find("inf") == std::string::npos);
   CHECK(svg.find("0 cut by the plane") != std::string::npos);

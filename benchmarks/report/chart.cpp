@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "benchmarks/report/chart_axis.hpp"
+#include "benchmarks/report/chart_text.hpp"
 #include "benchmarks/report/curve_reduction.hpp"
 #include "benchmarks/report/html.hpp"
 
@@ -16,38 +17,26 @@ constexpr double width = 560.0, height = 330.0, left = 66.0, right = 32.0, top =
 constexpr std::size_t most_points = 4000;  // of one curve: four per column of pixels is half of it
 constexpr int colors = 7;
 
-std::string px(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.1f", value);
-  std::string out = text;
-  if (out.size() > 2 && out.ends_with(".0")) out.resize(out.size() - 2);
-  return out == "-0" ? "0" : out;
-}
-
-std::string attribute(const char* name, double value) { return std::string(" ") + name + "=\"" + px(value) + "\""; }
+std::string attribute(const char* name, double value) { return std::string(" ") + name + "=\"" + pixels(value) + "\""; }
 
 std::string color_class(int color) { return "c" + std::to_string(color % colors); }
-
-std::string text_at(double x, double y, const std::string& style, const std::string& text) {
-  return "<text" + attribute("x", x) + attribute("y", y) + " class=\"" + style + "\">" + html_escaped(text) + "</text>";
-}
 
 std::string axes_svg(const Chart& chart, const ChartAxis& x, const ChartAxis& y) {
   std::string svg = "<g class=\"grid\">";
   const std::vector<double> x_ticks = x.ticks(5), y_ticks = y.ticks(5);
   for (const double tick : y_ticks)
-    svg += "<path d=\"M" + px(left) + " " + px(y.pixel(tick)) + "H" + px(width - right) + "\"/>";
+    svg += "<path d=\"M" + pixels(left) + " " + pixels(y.pixel(tick)) + "H" + pixels(width - right) + "\"/>";
   for (const double tick : x_ticks)
-    svg += "<path d=\"M" + px(x.pixel(tick)) + " " + px(top) + "V" + px(height - bottom) + "\"/>";
-  svg += "</g><path class=\"axis\" d=\"M" + px(left) + " " + px(top) + "V" + px(height - bottom) + "H" +
-         px(width - right) + "\"/>\n";
+    svg += "<path d=\"M" + pixels(x.pixel(tick)) + " " + pixels(top) + "V" + pixels(height - bottom) + "\"/>";
+  svg += "</g><path class=\"axis\" d=\"M" + pixels(left) + " " + pixels(top) + "V" + pixels(height - bottom) + "H" +
+         pixels(width - right) + "\"/>\n";
   const std::vector<std::string> x_labels = tick_labels(x_ticks), y_labels = tick_labels(y_ticks);
   for (std::size_t i = 0; i < x_ticks.size(); ++i)
-    svg += text_at(x.pixel(x_ticks[i]), height - bottom + 19.0, "tick mid", x_labels[i]);
+    svg += chart_text(x.pixel(x_ticks[i]), height - bottom + 19.0, "tick mid", x_labels[i]);
   for (std::size_t i = 0; i < y_ticks.size(); ++i)
-    svg += text_at(left - 7.0, y.pixel(y_ticks[i]) + 4.5, "tick end", y_labels[i]);
-  svg += text_at(0.5 * (left + width - right), height - 8.0, "name mid", chart.x_label);
-  return svg + text_at(4.0, 16.0, "name", chart.y_label) + "\n";
+    svg += chart_text(left - 7.0, y.pixel(y_ticks[i]) + 4.5, "tick end", y_labels[i]);
+  svg += chart_text(0.5 * (left + width - right), height - 8.0, "name mid", chart.x_label);
+  return svg + chart_text(4.0, 16.0, "name", chart.y_label) + "\n";
 }
 
 /// Runs of points that can be drawn, in pixels; with the corners of their steps.
@@ -67,7 +56,7 @@ std::vector<std::vector<PlotPoint>> pieces(const ChartSeries& series, const Char
 
 std::string points_text(const std::vector<PlotPoint>& points) {
   std::string text;
-  for (const PlotPoint& p : points) text += (text.empty() ? "" : " ") + px(p.x) + "," + px(p.y);
+  for (const PlotPoint& p : points) text += (text.empty() ? "" : " ") + pixels(p.x) + "," + pixels(p.y);
   return text;
 }
 
@@ -130,11 +119,11 @@ std::string rules_svg(const std::vector<ChartRule>& rules, const ChartAxis& x, c
     const double at = axis.pixel(rule.at);
     if (rule.vertical) {
       const bool far = at > 0.6 * width;
-      svg += "<path class=\"rule\" d=\"M" + px(at) + " " + px(top) + "V" + px(height - bottom) + "\"/>" +
-             text_at(at + (far ? -5.0 : 5.0), top + 12.0 + 17.0 * upright++, far ? "note end" : "note", rule.label);
+      svg += "<path class=\"rule\" d=\"M" + pixels(at) + " " + pixels(top) + "V" + pixels(height - bottom) + "\"/>" +
+             chart_text(at + (far ? -5.0 : 5.0), top + 12.0 + 17.0 * upright++, far ? "note end" : "note", rule.label);
     } else {
-      svg += "<path class=\"rule\" d=\"M" + px(left) + " " + px(at) + "H" + px(width - right) + "\"/>" +
-             text_at(width - right - 4.0, at - 5.0, "note end", rule.label);
+      svg += "<path class=\"rule\" d=\"M" + pixels(left) + " " + pixels(at) + "H" + pixels(width - right) + "\"/>" +
+             chart_text(width - right - 4.0, at - 5.0, "note end", rule.label);
     }
   }
   return svg;

@@ -10,6 +10,7 @@
 #include "benchmarks/report/page.hpp"
 #include "benchmarks/report/section.hpp"
 #include "verification/support/catch.hpp"
+#include "verification/support/occurrences.hpp"
 
 using namespace finegauge;
 namespace fs = std::filesystem;
@@ -60,12 +61,6 @@ Json run_document(int frames) {
   run["summary"] = {{"frames", frames}, {"deadline_ms", 2.4}, {"frame_ms", {{"p50", 2.2}, {"p99", 2.5}}}};
   run["checks"].push_back({{"name", "bad <b>check</b>"}, {"value", 3.0}, {"low", 0.0}, {"high", 1.0}, {"ok", false}});
   return run;
-}
-
-int count(const std::string& text, const std::string& part) {
-  int found = 0;
-  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++found;
-  return found;
 }
 
 std::string refusal(const std::vector<fs::path>& paths) {
@@ -167,7 +162,7 @@ TEST_CASE("every kind of document has its section, and what fails is said first"
   CHECK(page.find("bad &lt;b&gt;check") < page.find("</div>", page.find("</table>", verdict)));
   CHECK(page.find("<b>check</b>") == std::string::npos);
   // Three runs of the gate: every budget of the last has its history.
-  CHECK(count(page, "class=\"spark\"") == 4);
+  CHECK(occurrences(page, "class=\"spark\"") == 4);
 }
 
 TEST_CASE("all anchors are there, once", "[report]") {

@@ -225,7 +225,7 @@ std::string cases_table(const std::vector<Case>& cases) {
 }
 
 /// What tells the cases of a study apart beside their mesh; cases that share it share a chart.
-std::string group_of(const Json& row) {
+std::string scene_group(const Json& row) {
   std::string group;
   const auto add = [&](const std::string& part) { group += (group.empty() ? "" : ", ") + part; };
   if (const double strength = number_at(row, "puncture_strength"); std::isfinite(strength))
@@ -249,7 +249,7 @@ std::string study(PageState& page, const ReportDocument& document) {
       missing.push_back(name.string());
       continue;
     }
-    const std::string group = group_of(row), mesh = text_at(row, "mesh");
+    const std::string group = scene_group(row), mesh = text_at(row, "mesh");
     if (!cases.contains(group)) groups.push_back(group);
     cases[group].push_back({mesh.empty() ? name.stem().string() : mesh, std::move(*frames), &row});
   }

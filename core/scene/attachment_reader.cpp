@@ -1,21 +1,14 @@
 #include "core/scene/attachment_reader.hpp"
 
 #include <algorithm>
-#include <sstream>
 #include <utility>
 
 #include "core/scene/attachments.hpp"
+#include "core/scene/plain_number.hpp"
 #include "core/scene/text_file.hpp"
 
 namespace finegauge {
 namespace {
-
-std::string plain(double value) {
-  std::ostringstream text;
-  text.precision(12);
-  text << value;
-  return text.str();
-}
 
 /// The three ways to say where, each by two keys that go together.
 struct Pick {
@@ -45,9 +38,10 @@ Selection read_selection(const SectionReader& reader) {
   const BoxSelection box{reader.vector("box_min"), reader.vector("box_max")};
   for (int axis = 0; axis < 3; ++axis)
     if (!(box.min[axis] <= box.max[axis]))
-      reader.refuse("box_max",
-                    "found " + plain(box.max[axis]) + ", allowed at least that of box_min, " + plain(box.min[axis]),
-                    axis);
+      reader.refuse(
+          "box_max",
+          "found " + plain_number(box.max[axis]) + ", allowed at least that of box_min, " + plain_number(box.min[axis]),
+          axis);
   return box;
 }
 
@@ -99,7 +93,7 @@ void read_attachment(const SectionReader& reader, const BaseMesh& mesh, Scene& s
                       (springs || attachment.where.index() == 2 ? "centre of a piece of the "
                                                                   "surface"
                                                                 : "node of the base mesh") +
-                      " there, the nearest one is " + plain(selected.nearest_outside) +
+                      " there, the nearest one is " + plain_number(selected.nearest_outside) +
                       " outside of it; allowed a region with at least one");
   scene.attachments.push_back(std::move(attachment));
 }
@@ -115,10 +109,10 @@ std::optional<Course> read_course(const SectionReader& reader) {
     course.period = reader.number("period");
     const double length = course.points.back()[0] - course.points.front()[0];
     if (!(course.period >= length))
-      reader.refuse("period", "found " + plain(course.period) +
+      reader.refuse("period", "found " + plain_number(course.period) +
                                   ", allowed at least the time from the first to the "
                                   "last point of the course, " +
-                                  plain(length));
+                                  plain_number(length));
   }
   const bool still =
       reader.vector("displacement").isZero(0.0) && (!reader.knows("gradient") || reader.matrix("gradient").isZero(0.0));

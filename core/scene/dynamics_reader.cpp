@@ -1,21 +1,13 @@
 #include "core/scene/dynamics_reader.hpp"
 
-#include <sstream>
-
 #include "core/scene/geometry_reader.hpp"
 #include "core/scene/moving_scene.hpp"
+#include "core/scene/plain_number.hpp"
 
 namespace finegauge {
 namespace {
 
 constexpr double most_frames = 1e7;  // a document with a row for each of them is still some gigabytes
-
-std::string plain(double value) {
-  std::ostringstream text;
-  text.precision(12);
-  text << value;
-  return text.str();
-}
 
 /// Of two thresholds the one that coarsens must be the lower; told at the key that the scene gives.
 void check_order(const SectionReader& reader, const char* lower_key, double lower, const char* upper_key,
@@ -23,9 +15,9 @@ void check_order(const SectionReader& reader, const char* lower_key, double lowe
   if (lower < upper) return;
   const bool at_lower = reader.has(lower_key);
   reader.refuse(at_lower ? lower_key : upper_key,
-                "found " + plain(at_lower ? lower : upper) + ", allowed a number " +
+                "found " + plain_number(at_lower ? lower : upper) + ", allowed a number " +
                     (at_lower ? std::string("below ") + upper_key : std::string("above ") + lower_key) + ", " +
-                    plain(at_lower ? upper : lower) + ", or the mesh would chatter");
+                    plain_number(at_lower ? upper : lower) + ", or the mesh would chatter");
 }
 
 FrameAdaptRules read_frame_adapt(const SectionReader& reader, CellShape shape) {
@@ -69,11 +61,12 @@ double read_duration(const SectionReader& reader, const std::optional<SceneNeedl
   }
   const char* key = reader.has("duration") ? "duration" : "time_step";
   if (!(duration >= time_step))
-    reader.refuse(key, "found " + plain(reader.has("duration") ? duration : time_step) + " s, allowed a duration (" +
-                           plain(duration) + " s) of at least one time step (" + plain(time_step) + " s)");
+    reader.refuse(key, "found " + plain_number(reader.has("duration") ? duration : time_step) +
+                           " s, allowed a duration (" + plain_number(duration) + " s) of at least one time step (" +
+                           plain_number(time_step) + " s)");
   if (!(duration / time_step <= most_frames))
-    reader.refuse(key, "found " + plain(duration / time_step) +
-                           " frames of time_step in the duration, allowed at most " + plain(most_frames));
+    reader.refuse(key, "found " + plain_number(duration / time_step) +
+                           " frames of time_step in the duration, allowed at most " + plain_number(most_frames));
   return duration;
 }
 

@@ -3,25 +3,20 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <stdexcept>
 
 #include "core/mesh/body_location.hpp"
 #include "core/mesh/refinement_forest.hpp"
 #include "core/scene/moving_scene.hpp"
+#include "core/scene/plain_number.hpp"
 #include "core/scene/section_reader.hpp"
 
 namespace finegauge {
 namespace {
 
-std::string plain(double value) {
-  std::ostringstream text;
-  text.precision(6);
-  text << value;
-  return text.str();
-}
-std::string plain(const Eigen::Vector3d& v) {
-  return "[" + plain(v.x()) + ", " + plain(v.y()) + ", " + plain(v.z()) + "]";
+std::string short_text(double value) { return plain_number(value, 6); }
+std::string short_text(const Eigen::Vector3d& v) {
+  return "[" + short_text(v.x()) + ", " + short_text(v.y()) + ", " + short_text(v.z()) + "]";
 }
 
 SceneNeedle read_body(const SectionReader& reader) {
@@ -37,7 +32,7 @@ SceneNeedle read_body(const SectionReader& reader) {
   constexpr double least_length = 1e-9;
   const double size = std::max(needle.base.lpNorm<Eigen::Infinity>(), needle.tip.lpNorm<Eigen::Infinity>());
   if (!(chord.lpNorm<Eigen::Infinity>() > least_length * size))
-    reader.refuse("tip", "found " + plain(needle.tip) + ", allowed a point that is not the base");
+    reader.refuse("tip", "found " + short_text(needle.tip) + ", allowed a point that is not the base");
   needle.elements = reader.integer("elements");
   needle.drive.base_turns = reader.text("base_rotation") == "free";
   needle.drive.guided = reader.boolean("guided");
@@ -68,7 +63,7 @@ Stroke read_stroke(const SectionReader& reader) {
   const double duration = displacement.stableNorm() / reader.number("speed");
   if (displacement.isZero(0.0)) reader.refuse("displacement", "found [0, 0, 0], allowed a motion; to rest is a dwell");
   if (!(duration > 0.0 && std::isfinite(duration)))
-    reader.refuse("speed", "found a stroke of " + plain(duration) + " s, allowed a finite duration > 0");
+    reader.refuse("speed", "found a stroke of " + short_text(duration) + " s, allowed a finite duration > 0");
   return {displacement, duration};
 }
 
@@ -80,8 +75,8 @@ void read_contact(const SectionReader& reader, SceneNeedle& needle) {
   rules.cut_advance = reader.number("cut_advance");
   const double length = (needle.tip - needle.base).stableNorm();
   if (!(rules.cut_advance <= length))
-    reader.refuse("cut_advance",
-                  "found " + plain(rules.cut_advance) + ", allowed at most the needle's length, " + plain(length));
+    reader.refuse("cut_advance", "found " + short_text(rules.cut_advance) + ", allowed at most the needle's length, " +
+                                     short_text(length));
   rules.friction_in = reader.number("friction");
   rules.friction_out = number_or("friction_out", rules.friction_in);
   rules.surface_friction = reader.number("surface_friction");
@@ -107,7 +102,7 @@ void check_outside(const SectionReader& reader, const BaseMesh& mesh, const Scen
   const Mesh rest = RefinementForest(mesh).leaf_mesh();
   const Eigen::Matrix3Xd u = Eigen::Matrix3Xd::Zero(3, rest.node_count());
   if (const auto meeting = chain_meeting(mesh, rest, u, nodes)) {
-    const std::string place = plain(meeting->position);
+    const std::string place = short_text(meeting->position);
     if (meeting->kind == ChainMeeting::Kind::enters)
       reader.refuse("tip", "found a needle that enters the body at " + place +
                                ", allowed one that is outside of it at the start");
@@ -121,7 +116,7 @@ void check_outside(const SectionReader& reader, const BaseMesh& mesh, const Scen
     const Eigen::Vector3d next = base + needle.drive.strokes[k].displacement;
     if (const auto hit = first_body_entry(mesh, rest, u, base, next))
       reader.refuse("base", "found a base that stroke[" + std::to_string(k) + "] takes into the body at " +
-                                plain(hit->position) + ", allowed strokes that keep it outside");
+                                short_text(hit->position) + ", allowed strokes that keep it outside");
     base = next;
   }
 }

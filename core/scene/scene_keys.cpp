@@ -1,31 +1,26 @@
 #include "core/scene/scene_keys.hpp"
 
 #include <algorithm>
-#include <sstream>
+#include <limits>
 #include <vector>
+
+#include "core/scene/plain_number.hpp"
 
 namespace finegauge {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-std::string plain(double value) {
-  std::ostringstream text;
-  text.precision(12);
-  text << value;
-  return text.str();
-}
-
 std::string range_words(const KeyRange& range) {
   const bool below = range.low > -infinity, above = range.high < infinity;
   std::string words;
   if (below && above)
-    words = (range.low_allowed ? " in [" : " in (") + plain(range.low) + ", " + plain(range.high) +
+    words = (range.low_allowed ? " in [" : " in (") + plain_number(range.low) + ", " + plain_number(range.high) +
             (range.high_allowed ? "]" : ")");
   else if (below)
-    words = (range.low_allowed ? " >= " : " > ") + plain(range.low);
+    words = (range.low_allowed ? " >= " : " > ") + plain_number(range.low);
   else if (above)
-    words = (range.high_allowed ? " <= " : " < ") + plain(range.high);
+    words = (range.high_allowed ? " <= " : " < ") + plain_number(range.high);
   if (!range.why.empty()) words += " (" + std::string(range.why) + ")";
   return words;
 }

@@ -24,7 +24,7 @@ namespace finegauge {
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 BoxMeshOptions box(const Eigen::Vector3d& size, std::array<int, 3> cells, CellShape shape = CellShape::hexahedron) {
   BoxMeshOptions options;

@@ -16,7 +16,7 @@ namespace finegauge {
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 constexpr std::array<const char*, 3> estimators = {"spr", "spr_edges", "equilibrated"};
 
 bool has_hanging_corner(const Discretization& d, int cell) {

@@ -16,7 +16,7 @@ namespace finegauge {
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 /// ∫ ε:σ [J] of the unit cube of E = 1e3, nu = 0.3, clamped on one face and pulled by a traction of one at the
 /// opposite.

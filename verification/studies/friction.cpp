@@ -13,7 +13,7 @@ namespace finegauge {
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 const std::vector<std::string> all_sides{"x_min", "x_max", "y_min", "y_max", "z_min", "z_max"};
 

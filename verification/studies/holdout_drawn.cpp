@@ -13,8 +13,8 @@ namespace finegauge {
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
 using Eigen::Vector3d;
+using std::numbers::pi;
 
 /// The same numbers on every machine: the generator's are prescribed by the standard, its distributions' are not.
 class Draws {

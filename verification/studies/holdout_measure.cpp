@@ -16,7 +16,7 @@ constexpr int most_cells_of_equilibrated = 2000, most_dofs_refined = 12000;
 /// Hexahedra of a base mesh that without `all_meshes` is split into tetrahedra as well.
 constexpr std::size_t most_cells_split_in_short = 400;
 
-StaticSolution solved(const RefinementForest& forest, const StaticProblem& problem) {
+StaticSolution solved_problem(const RefinementForest& forest, const StaticProblem& problem) {
   FactorCache factors;
   StaticSolution solution = solve_static(forest, problem, nullptr, factors);
   if (!solution.equilibrium.converged) throw std::runtime_error("holdout: a solve did not converge");
@@ -49,10 +49,10 @@ double equilibrated_total(const RefinementForest& forest, const StaticProblem& p
 ReferenceEnergy reference_energy(const BaseMesh& mesh, const StaticProblem& problem, int dofs) {
   RefinementForest forest(mesh);
   refine_uniformly(forest);
-  StaticSolution solution = solved(forest, problem);
+  StaticSolution solution = solved_problem(forest, problem);
   while (solution.discretization.dof_count() < dofs) {
     refine_by_estimate(forest, solution, 0.25);
-    solution = solved(forest, problem);
+    solution = solved_problem(forest, problem);
   }
   const ErrorEstimate spr = estimate_error(solution.discretization, solution.equilibrium.u, Estimator::spr);
   const double most = std::pow(equilibrated_total(forest, problem, solution, spr), 2);
@@ -95,19 +95,19 @@ HoldoutRow finished(const Estimated& mesh, double least, double most) {
 void add_estimated(const BaseMesh& base, const std::string& prefix, const HoldoutProblem& problem,
                    const StaticProblem& statics, bool all_meshes, std::vector<Estimated>& meshes) {
   RefinementForest forest(base);
-  StaticSolution solution = solved(forest, statics);
+  StaticSolution solution = solved_problem(forest, statics);
   meshes.push_back(estimated(prefix + "base", forest, problem, statics, solution));
   for (int step = 1; step <= (all_meshes ? 4 : 1); ++step) {
     if (solution.discretization.dof_count() > most_dofs_refined) break;
     refine_by_estimate(forest, solution, 0.5);
-    solution = solved(forest, statics);
+    solution = solved_problem(forest, statics);
     if (step != 3)
       meshes.push_back(estimated(prefix + "refined " + std::to_string(step) + "x", forest, problem, statics, solution));
   }
   if (!all_meshes) return;
   RefinementForest halved(base);
   refine_uniformly(halved);
-  meshes.push_back(estimated(prefix + "halved", halved, problem, statics, solved(halved, statics)));
+  meshes.push_back(estimated(prefix + "halved", halved, problem, statics, solved_problem(halved, statics)));
 }
 
 }  // namespace

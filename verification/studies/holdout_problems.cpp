@@ -9,8 +9,8 @@ namespace finegauge {
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
 using Eigen::Vector3d;
+using std::numbers::pi;
 using Problems = std::vector<HoldoutProblem>;
 
 HoldoutProblem& add(Problems& problems, const std::string& family, const std::string& name, BaseMesh mesh,

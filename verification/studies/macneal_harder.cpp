@@ -13,6 +13,7 @@
 #include "core/solve/direct_solver.hpp"
 #include "core/space/assembly.hpp"
 #include "core/space/loads.hpp"
+#include "verification/studies/published_problems.hpp"
 #include "verification/support/extrapolation.hpp"
 #include "verification/support/scrambled_mesh.hpp"
 #include "verification/support/solved_body.hpp"
@@ -63,8 +64,6 @@ std::string name_of(StraightMesh mesh) {
   }
   throw std::invalid_argument("no such mesh");
 }
-
-std::string name_of(Dilatation dilatation) { return dilatation == Dilatation::mean ? "mean" : "standard"; }
 
 /// Euler-Bernoulli with Timoshenko's shear, factor 5/6.
 double cantilever_deflection(double second_moment, double area) {
@@ -158,8 +157,6 @@ std::vector<Square> extension_energy(double I_y, double I_z, double area, const 
 }
 
 // --- evidence ---
-
-constexpr std::array<Dilatation, 2> dilatations = {Dilatation::standard, Dilatation::mean};
 
 std::vector<Beam> all_beams() {
   return {straight_beam(StraightMesh::regular), straight_beam(StraightMesh::trapezoidal),

@@ -20,7 +20,7 @@ namespace finegauge {
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 /// R of F = R U by Newton's iteration (Higham 1986), values and gradients at once: both converge quadratically. Strains
 /// here are below one half, from which six steps reach round-off; two more are for the gradients, which lag.
@@ -309,12 +309,12 @@ std::vector<RecoveredRow> recovered_displacements() {
       recover("tetrahedra_bent_by_120_degrees", tetrahedra, bar_motion(2.0 / 3.0 * pi, 0.0, thickness, 0.05), ends)};
 }
 
-std::vector<TurningRow> turning_shares() {
+std::vector<TurningShareRow> turning_shares() {
   CubeMesh octant;
   octant.levels = {{{{2, 3, 3}}}};
   const RefinementForest forest = refined_cube(octant, 4);
   const Discretization d = discretize(forest, corotational(), {});
-  std::vector<TurningRow> rows;
+  std::vector<TurningShareRow> rows;
   for (const double strain : {0.2, 0.1, 0.05}) {
     const Eigen::Matrix3Xd u = interpolant(d, turned_motion(2.0, strain, smooth_solution()).displacement());
     rows.push_back({strain, tangent_errors(d, u, 1e-6).free});
@@ -510,7 +510,7 @@ void claim_recovered(Evidence& evidence) {
 
   EvidenceTable shares{"what the tangent leaves out: differences with the rotations free", {"strain", "share"}, {}};
   ErrorSeries series{"turning", {}, {}};
-  for (const TurningRow& row : turning_shares()) {
+  for (const TurningShareRow& row : turning_shares()) {
     shares.rows.push_back({row.strain, row.share});
     series.h.push_back(row.strain);
     series.error.push_back(row.share);

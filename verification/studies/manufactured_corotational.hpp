@@ -57,11 +57,11 @@ struct RecoveredRow {
 std::vector<RecoveredRow> recovered_displacements();
 
 /// The turning share of a turned cube whose strain is halved row by row.
-struct TurningRow {
+struct TurningShareRow {
   double strain = 0.0;
   double share = 0.0;
 };
-std::vector<TurningRow> turning_shares();
+std::vector<TurningShareRow> turning_shares();
 
 /// One grid of a motion whose boundary is prescribed all around and whose body force is that of a law.
 struct HyperelasticRow {

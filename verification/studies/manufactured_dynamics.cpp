@@ -13,7 +13,7 @@ namespace finegauge {
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 constexpr int instants = 8;  // at which a motion is compared, evenly over its duration
 
 Jets trilinear_formula(const Jets& x) {
@@ -92,7 +92,7 @@ double TimeCourse::operator()(double t, int derivative) const {
 
 ManufacturedSolution trilinear_solution() { return {"trilinear", trilinear_formula}; }
 
-MovedBody run_manufactured_motion(const MovingCase& the_case, int n, int steps, const MotionObserver& observe) {
+MovedBody run_manufactured_motion(const MovingCase& the_case, int n, int steps, const StepObserver& observe) {
   const RefinementForest forest = refined_cube(the_case.mesh, n);
   const TissueProblem problem = problem_of(the_case);
   MovedBody body;

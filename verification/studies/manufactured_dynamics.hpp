@@ -53,9 +53,9 @@ struct MovedBody {
   double largest_equilibrium_error = 0.0;  ///< of all steps
 };
 /// Called after each step.
-using MotionObserver = std::function<void(int steps_done, const TissueMesh&, const TissueState&)>;
+using StepObserver = std::function<void(int steps_done, const TissueMesh&, const TissueState&)>;
 /// Throws std::runtime_error when a step fails.
-MovedBody run_manufactured_motion(const MovingCase& the_case, int n, int steps, const MotionObserver& observe = {});
+MovedBody run_manufactured_motion(const MovingCase& the_case, int n, int steps, const StepObserver& observe = {});
 
 /// Errors at the end on one mesh for numbers of steps that double.
 struct TimeRow {

@@ -60,14 +60,6 @@ double complementary_square(const Material& material, const Eigen::Matrix3d& sig
 
 bool is_box(const CubeMesh& mesh) { return mesh.shape == CellShape::hexahedron && mesh.perturbation == 0.0; }
 
-std::vector<SupportCondition> held_all_around(const ManufacturedSolution& exact) {
-  std::vector<SupportCondition> supports;
-  for (const char* surface : {"x_min", "x_max", "y_min", "y_max", "z_min", "z_max"})
-    supports.push_back(
-        {surface, std::nullopt, [exact](const Eigen::Vector3d& X) { return displacement(exact, X); }, {}});
-  return supports;
-}
-
 ErrorSeries series(const std::string& quantity, const std::vector<StaticRow>& rows, double StaticRow::*error) {
   ErrorSeries result{quantity, {}, {}};
   for (const StaticRow& row : rows) {

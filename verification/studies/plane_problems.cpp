@@ -9,6 +9,7 @@
 #include "core/adapt/stress_recovery.hpp"
 #include "core/elasticity/cell_response.hpp"
 #include "core/space/loads.hpp"
+#include "verification/studies/published_problems.hpp"
 #include "verification/support/convergence.hpp"
 #include "verification/support/extrapolation.hpp"
 #include "verification/support/mapped_mesh.hpp"
@@ -19,9 +20,6 @@ namespace finegauge {
 namespace {
 
 using std::numbers::pi;
-
-const Eigen::Vector3d x_axis = Eigen::Vector3d::UnitX(), y_axis = Eigen::Vector3d::UnitY(),
-                      z_axis = Eigen::Vector3d::UnitZ();
 
 /// [0, 1] onto itself, lines gathered at both ends: spacing grows with the root of the distance from the end.
 double gathered_at_ends(double s) { return s * s * (3.0 - 2.0 * s); }
@@ -43,10 +41,6 @@ Eigen::Vector3d kirsch_displacement(const Material& material, const Eigen::Vecto
 }
 
 // --- evidence ---
-
-constexpr std::array<Dilatation, 2> dilatations = {Dilatation::standard, Dilatation::mean};
-
-std::string name_of(Dilatation dilatation) { return dilatation == Dilatation::mean ? "mean" : "standard"; }
 
 /// Bricks of order four on meshes gathered still more at the edges, by another program: the last differences are 1e-4
 /// in the middle and 4e-4 in the corner. Sixty-four by sixty-four biquadratic cells on a plain mesh give 23.965 and

@@ -36,9 +36,6 @@ Eigen::Matrix3Xd at_nodes(const Mesh& mesh, const Function& function) {
   return values;
 }
 
-/// Not a number when either is none, so that no error gets lost.
-double larger(double a, double b) { return std::isnan(a) || b <= a ? a : b; }
-
 double diameter(const BaseMesh& base) {
   return (base.nodes.rowwise().maxCoeff() - base.nodes.rowwise().minCoeff()).norm();
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <span>
@@ -47,6 +48,9 @@ MeshImprint imprint(const RefinementForest& forest, const HistoryBody& body);
 /// The first of the above that is not the same to the last bit, in words; empty when all is. Handles in the forest are
 /// compared only where asked.
 std::string difference(const MeshImprint& a, const MeshImprint& b, bool handles = false);
+
+/// Of two errors, and not a number when either is none, so that no error gets lost.
+inline double larger(double a, double b) { return std::isnan(a) || b <= a ? a : b; }
 
 /// The statements, as property.hpp wants them.
 ///

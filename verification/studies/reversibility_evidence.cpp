@@ -11,9 +11,6 @@
 namespace finegauge {
 namespace {
 
-/// Not a number when either is none, so that no error gets lost.
-double larger(double a, double b) { return std::isnan(a) || b <= a ? a : b; }
-
 EvidenceTable table_of(const std::vector<HistoryRow>& rows) {
   EvidenceTable table{"Random histories of refinements and coarsenings",
                       {"body", "histories", "operations", "coarsenings", "templates", "leaves", "depth", "hanging",

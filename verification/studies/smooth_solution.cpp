@@ -39,13 +39,6 @@ void refine_octant(RefinementForest& forest, int n, RefinementTemplate refinemen
       for (int i = 0; i < n / 2; ++i) forest.refine(i + n * (j + n * k), refinement);
 }
 
-std::vector<SupportCondition> held_all_around(const ManufacturedSolution& exact) {
-  std::vector<SupportCondition> supports;
-  for (const char* surface : {"x_min", "x_max", "y_min", "y_max", "z_min", "z_max"})
-    supports.push_back({surface, std::nullopt, [exact](const Eigen::Vector3d& X) { return displacement(exact, X); }});
-  return supports;
-}
-
 ErrorSeries series(const std::string& quantity, const std::vector<SmoothRow>& rows, double SmoothRow::*error) {
   ErrorSeries result{quantity, {}, {}};
   for (const SmoothRow& row : rows) {

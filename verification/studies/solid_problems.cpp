@@ -10,6 +10,7 @@
 
 #include "core/elasticity/cell_response.hpp"
 #include "core/space/loads.hpp"
+#include "verification/studies/published_problems.hpp"
 #include "verification/support/convergence.hpp"
 #include "verification/support/extrapolation.hpp"
 #include "verification/support/mapped_mesh.hpp"
@@ -20,9 +21,6 @@ namespace finegauge {
 namespace {
 
 using std::numbers::pi;
-
-const Eigen::Vector3d x_axis = Eigen::Vector3d::UnitX(), y_axis = Eigen::Vector3d::UnitY(),
-                      z_axis = Eigen::Vector3d::UnitZ();
 
 // --- thick walls ---
 
@@ -114,10 +112,7 @@ void halve_everywhere(RefinementForest& forest) {
 
 // --- evidence ---
 
-constexpr std::array<Dilatation, 2> dilatations = {Dilatation::standard, Dilatation::mean};
 constexpr std::array<double, 4> poisson_ratios = {0.3, 0.49, 0.499, 0.4999};
-
-std::string name_of(Dilatation dilatation) { return dilatation == Dilatation::mean ? "mean" : "standard"; }
 
 std::string in_short(double value) {
   char text[32];

@@ -9,14 +9,14 @@ namespace finegauge {
 
 namespace {
 
-std::string short_text(double value) {
+std::string six_digits(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.6g", value);
   return text;
 }
 
 std::string cell_text(const TableValue& value) {
-  if (const auto* number = std::get_if<double>(&value)) return short_text(*number);
+  if (const auto* number = std::get_if<double>(&value)) return six_digits(*number);
   return std::get<std::string>(value);
 }
 
@@ -84,8 +84,8 @@ std::string to_text(const std::vector<Claim>& claims) {
   std::string text;
   for (const Claim& claim : claims)
     text += std::string(claim.holds() ? "  holds  " : "  FAILS  ") + claim.name +
-            std::string(width - claim.name.size(), ' ') + "  " + short_text(claim.value) + "  in [" +
-            short_text(claim.low) + ", " + short_text(claim.high) + "]  " + claim.reason + '\n';
+            std::string(width - claim.name.size(), ' ') + "  " + six_digits(claim.value) + "  in [" +
+            six_digits(claim.low) + ", " + six_digits(claim.high) + "]  " + claim.reason + '\n';
   return text;
 }
 

@@ -6,7 +6,7 @@ namespace finegauge {
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 Jets smooth_formula(const Jets& x) {
   const Jet u = sin(pi * x[0]) * cos(pi * x[1]) * exp(0.5 * x[2]);
@@ -49,6 +49,14 @@ Eigen::Vector3d body_force(const ManufacturedSolution& solution, const Material&
     force[i] = -(material.lambda() + material.mu()) * gradient_of_divergence - material.mu() * u[i].hessian.trace();
   }
   return force;
+}
+
+std::vector<SupportCondition> held_all_around(const ManufacturedSolution& solution) {
+  std::vector<SupportCondition> supports;
+  for (const char* surface : {"x_min", "x_max", "y_min", "y_max", "z_min", "z_max"})
+    supports.push_back(
+        {surface, std::nullopt, [solution](const Eigen::Vector3d& X) { return displacement(solution, X); }, {}});
+  return supports;
 }
 
 ManufacturedSolution smooth_solution() { return {"smooth", smooth_formula}; }

@@ -12,7 +12,7 @@ namespace finegauge {
 
 namespace {
 
-constexpr double cell_size = 0.01;      // [m]
+constexpr double box_cell_size = 0.01;  // [m]
 constexpr double tissue_density = 1e3;  // [kg/m³]
 constexpr double needle_density = 7.8e3;
 constexpr double radius = 1e-3;  // [m]
@@ -113,7 +113,7 @@ void add_element(const Element& K, int element, ChainMatrix& A) {
 void make_tissue(const NeedleInBoxOptions& options, NeedleInBox& box) {
   BoxMeshOptions mesh;
   mesh.cells = options.cells;
-  for (int k = 0; k < 3; ++k) mesh.size[k] = cell_size * options.cells[k];
+  for (int k = 0; k < 3; ++k) mesh.size[k] = box_cell_size * options.cells[k];
   RefinementForest forest(box_mesh(mesh));
   if (options.refine)  // the column of cells around the axis, but for the one at the clamp
     for (int i = 1; i < options.cells[0]; ++i)
@@ -146,7 +146,7 @@ NeedleInBox needle_in_box(const NeedleInBoxOptions& options) {
   NeedleInBox box;
   box.tau = options.tau;
   make_tissue(options, box);
-  const Eigen::Vector3d size = cell_size * Eigen::Vector3d(options.cells[0], options.cells[1], options.cells[2]);
+  const Eigen::Vector3d size = box_cell_size * Eigen::Vector3d(options.cells[0], options.cells[1], options.cells[2]);
 
   // Oblique to the cells, so that the rows of points in one cell are independent.
   const Eigen::Vector3d n = Eigen::Vector3d(-1.0, 0.11, 0.07).normalized();

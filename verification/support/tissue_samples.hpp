@@ -32,6 +32,19 @@ inline LinearSolve direct_linear_solve(FactorCache& factors) {
   };
 }
 
+/// A soft body; supports and the rest are up to the test.
+inline TissueProblem soft_problem(Kinematics kinematics = Kinematics::linear) {
+  TissueProblem problem;
+  problem.material.youngs_modulus = 1e4;
+  problem.material.poisson_ratio = 0.4;
+  problem.material.kinematics = kinematics;
+  problem.density = 1000.0;
+  return problem;
+}
+
+/// Of a support; starts at rest.
+inline double swing(double t) { return 0.5 * (1.0 - std::cos(20.0 * t)); }
+
 struct RandomBody {
   CellShape shape = CellShape::hexahedron;
   std::vector<RefinementTemplate> templates = {{{2, 2, 2}}, {{3, 3, 3}}, {{2, 3, 3}}};

@@ -11,12 +11,12 @@ using namespace finegauge;
 
 namespace {
 
-struct Case {
+struct AssemblyCase {
   CellShape shape;
   Dilatation dilatation;
   Kinematics kinematics;
 };
-const std::array<Case, 6> cases = {{
+const std::array<AssemblyCase, 6> cases = {{
     {CellShape::hexahedron, Dilatation::standard, Kinematics::linear},
     {CellShape::hexahedron, Dilatation::mean, Kinematics::linear},
     {CellShape::hexahedron, Dilatation::standard, Kinematics::corotational},
@@ -25,7 +25,7 @@ const std::array<Case, 6> cases = {{
     {CellShape::tetrahedron, Dilatation::standard, Kinematics::corotational},
 }};
 
-Discretization hanging_discretization(const Case& c, int refinements, std::mt19937& generator,
+Discretization hanging_discretization(const AssemblyCase& c, int refinements, std::mt19937& generator,
                                       const std::vector<SupportCondition>& supports = {}) {
   BoxMeshOptions options;
   options.cells = c.shape == CellShape::hexahedron ? std::array{2, 2, 1} : std::array{1, 1, 1};

@@ -15,7 +15,8 @@ using namespace finegauge;
 
 namespace {
 
-BaseMesh box(const std::array<int, 3>& cells, CellShape shape, std::optional<RemovedBlock> removed = std::nullopt) {
+BaseMesh notched_box(const std::array<int, 3>& cells, CellShape shape,
+                     std::optional<RemovedBlock> removed = std::nullopt) {
   BoxMeshOptions options;
   options.cells = cells;
   options.size = Eigen::Vector3d(4.0, 4.0, 2.0);
@@ -58,7 +59,7 @@ void check_names(const std::string& problem, const std::string& what) {
 
 TEST_CASE("an L-shape has the nodes, cells and surfaces of an L-shape", "[base]") {
   const CellShape shape = GENERATE(CellShape::hexahedron, CellShape::tetrahedron);
-  const BaseMesh mesh = box({8, 8, 4}, shape, RemovedBlock{{4, 0, 0}, {8, 4, 4}});
+  const BaseMesh mesh = notched_box({8, 8, 4}, shape, RemovedBlock{{4, 0, 0}, {8, 4, 4}});
   CHECK(mesh.nodes.cols() == 325);  // 975 dofs
   CHECK(mesh.cells.size() == 192 * (shape == CellShape::hexahedron ? 1 : 6));
   CHECK(validate(mesh) == "");
@@ -81,7 +82,7 @@ TEST_CASE("an L-shape has the nodes, cells and surfaces of an L-shape", "[base]"
 }
 
 TEST_CASE("nodes and cells are numbered lexicographically, x fastest", "[base]") {
-  const BaseMesh mesh = box({4, 4, 2}, CellShape::hexahedron, RemovedBlock{{1, 1, 0}, {3, 3, 2}});
+  const BaseMesh mesh = notched_box({4, 4, 2}, CellShape::hexahedron, RemovedBlock{{1, 1, 0}, {3, 3, 2}});
   for (int node = 1; node < mesh.nodes.cols(); ++node) {
     const Eigen::Vector3d a = mesh.nodes.col(node - 1).reverse(), b = mesh.nodes.col(node).reverse();
     CHECK(std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end()));
@@ -93,14 +94,14 @@ TEST_CASE("nodes and cells are numbered lexicographically, x fastest", "[base]")
 }
 
 TEST_CASE("a surface without faces has no name", "[base]") {
-  const BaseMesh mesh = box({4, 4, 2}, CellShape::hexahedron, RemovedBlock{{2, 0, 0}, {4, 4, 2}});
+  const BaseMesh mesh = notched_box({4, 4, 2}, CellShape::hexahedron, RemovedBlock{{2, 0, 0}, {4, 4, 2}});
   CHECK(mesh.surfaces.count("x_max") == 0);
   CHECK_THAT(area(mesh, "notch"), WithinRel(8.0, 1e-13));
-  CHECK(box({1, 1, 1}, CellShape::hexahedron).surfaces.count("notch") == 0);
+  CHECK(notched_box({1, 1, 1}, CellShape::hexahedron).surfaces.count("notch") == 0);
 }
 
 TEST_CASE("Kuhn's tetrahedra conform, fill the box and have positive volume", "[base][tetrahedron]") {
-  const BaseMesh mesh = box({3, 2, 4}, CellShape::tetrahedron);
+  const BaseMesh mesh = notched_box({3, 2, 4}, CellShape::tetrahedron);
   CHECK(mesh.cells.size() == 6 * 24);
   CHECK(mesh.nodes.cols() == 4 * 3 * 5);
   CHECK(validate(mesh) == "");
@@ -165,7 +166,7 @@ TEST_CASE("boxes that are none are refused", "[base]") {
 
 TEST_CASE("unsound meshes are named by cell, node and fault", "[base][validate]") {
   const CellShape shape = GENERATE(CellShape::hexahedron, CellShape::tetrahedron);
-  const BaseMesh sound = box({2, 2, 2}, shape);
+  const BaseMesh sound = notched_box({2, 2, 2}, shape);
   REQUIRE(validate(sound) == "");
 
   BaseMesh mesh = sound;
@@ -197,25 +198,25 @@ TEST_CASE("unsound meshes are named by cell, node and fault", "[base][validate]"
 }
 
 TEST_CASE("flat cells are unsound and slender ones are not", "[base][validate]") {
-  BaseMesh mesh = box({1, 1, 1}, CellShape::hexahedron);
+  BaseMesh mesh = notched_box({1, 1, 1}, CellShape::hexahedron);
   mesh.nodes.row(2) *= 1e-8;
   CHECK(validate(mesh) == "");
   mesh.nodes.row(2) *= 0.0;
   check_names(validate(mesh), "cell 0");
   // Turned out of the axes, its Jacobian is round-off and may be positive.
-  mesh = box({1, 1, 1}, CellShape::hexahedron);
+  mesh = notched_box({1, 1, 1}, CellShape::hexahedron);
   mesh.nodes.row(2).setZero();
   mesh.nodes = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix() * mesh.nodes;
   check_names(validate(mesh), "cell 0");
   // Sound near corner 0 and inverted on the other side.
-  mesh = box({1, 1, 1}, CellShape::hexahedron);
+  mesh = notched_box({1, 1, 1}, CellShape::hexahedron);
   mesh.nodes.col(7) = Eigen::Vector3d(-0.8, -0.8, -0.4);
   check_names(validate(mesh), "cell 0");
   check_names(validate(mesh), "inverted near corner");
 }
 
 TEST_CASE("surfaces must list boundary faces, each once and in order", "[base][validate]") {
-  BaseMesh mesh = box({2, 1, 1}, CellShape::hexahedron);
+  BaseMesh mesh = notched_box({2, 1, 1}, CellShape::hexahedron);
   mesh.surfaces["inner"] = {{0, 1}};
   check_names(validate(mesh), "surface 'inner': face 1 of cell 0 is not on the boundary");
   mesh.surfaces["inner"] = {{2, 1}};

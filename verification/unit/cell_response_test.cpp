@@ -14,7 +14,8 @@ using namespace finegauge;
 
 namespace {
 
-const Material corotational{.youngs_modulus = 1.0e3, .poisson_ratio = 0.3, .kinematics = Kinematics::corotational};
+const Material corotational_tissue{
+    .youngs_modulus = 1.0e3, .poisson_ratio = 0.3, .kinematics = Kinematics::corotational};
 
 double largest_force(const CellVectors& force) { return force.colwise().norm().maxCoeff(); }
 
@@ -60,7 +61,7 @@ TEST_CASE("a rigid motion has no force", "[corotational]") {
   const Dilatation dilatation = GENERATE(Dilatation::standard, Dilatation::mean);
   const double degrees = GENERATE(0.0, 10.0, 90.0, 179.9999, 180.0, 360.0);
   CAPTURE(int(shape), int(dilatation), degrees);
-  Material material = corotational;
+  Material material = corotational_tissue;
   material.dilatation = dilatation;
   for (int trial = 0; trial < 20; ++trial) {
     const CellVectors X = sample_cell(shape, 0.15, generator);
@@ -106,7 +107,7 @@ TEST_CASE("force, stress and rotation follow a superposed rotation", "[corotatio
   const Dilatation dilatation = GENERATE(Dilatation::standard, Dilatation::mean);
   const double angle = GENERATE(0.3, 2.0, 3.141592653589793);
   CAPTURE(int(shape), int(dilatation), angle);
-  Material material = corotational;
+  Material material = corotational_tissue;
   material.dilatation = dilatation;
   for (int trial = 0; trial < 20; ++trial) {
     const CellVectors X = sample_cell(shape, 0.1, generator);
@@ -142,7 +143,8 @@ TEST_CASE("force, stress and rotation follow a superposed rotation", "[corotatio
 TEST_CASE("the force differentiates to R K Rt where the rotation is held", "[corotational]") {
   std::mt19937 generator(45);
   const CellVectors X = sample_cell(CellShape::hexahedron, 0.15, generator);
-  const CellMatrix K = cell_stiffness(CellShape::hexahedron, cell_geometry(CellShape::hexahedron, X), corotational);
+  const CellMatrix K =
+      cell_stiffness(CellShape::hexahedron, cell_geometry(CellShape::hexahedron, X), corotational_tissue);
   const Eigen::Matrix3d R = turn_about_random_axis(1.0, generator);
   CellMatrix turn = CellMatrix::Zero();
   for (int a = 0; a < 8; ++a) turn.block<3, 3>(3 * a, 3 * a) = R;
@@ -251,15 +253,15 @@ TEST_CASE("inverted, flat and collapsed cells are pushed back by finite forces",
   CAPTURE(int(shape), squeeze.transpose());
   const CellVectors X = sample_cell(shape, 0.1, generator);
   const CellGeometry geometry = cell_geometry(shape, X);
-  const CellMatrix K = cell_stiffness(shape, geometry, corotational);
+  const CellMatrix K = cell_stiffness(shape, geometry, corotational_tissue);
   const CellVectors x = affine_image(shape, squeeze.asDiagonal(), {0, 0, 0}, X);
-  const Eigen::Matrix3d R = cell_rotation(geometry, corotational, x);
+  const Eigen::Matrix3d R = cell_rotation(geometry, corotational_tissue, x);
   CHECK_THAT(R.determinant(), WithinAbs(1.0, 1e-14));
   const CellVectors force = cell_force(K, R, X, x);
   REQUIRE(force.allFinite());
   // A step towards the rest shape, turned by R, does work against the internal force.
   const CellVectors back = affine_image(shape, R, {0, 0, 0}, X) - x;
-  CHECK(force.cwiseProduct(back).sum() < -1e-3 * corotational.youngs_modulus);
+  CHECK(force.cwiseProduct(back).sum() < -1e-3 * corotational_tissue.youngs_modulus);
 }
 
 TEST_CASE("stress measures agree with principal stresses", "[stress]") {

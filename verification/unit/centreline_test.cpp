@@ -9,6 +9,7 @@
 #include "core/needle/rotation_vector.hpp"
 #include "verification/support/catch.hpp"
 #include "verification/support/convergence.hpp"
+#include "verification/support/needle_samples.hpp"
 #include "verification/support/sample_cells.hpp"
 
 using namespace finegauge;
@@ -34,14 +35,6 @@ Needle sample_needle(const BeamSection& section, bool straight) {
   if (straight)
     for (int i = 0; i < 5; ++i) nodes.col(i) = (0.9 + 0.1 * i) * i * Eigen::Vector3d(0.9, 0.3, -0.2);
   return chain_of_beams(section, nodes, {0.1, 0.2, 1.0});
-}
-
-NeedleState sample_state(const Needle& needle, double size, std::mt19937& generator) {
-  NeedleState state = needle_at_rest(needle);
-  Eigen::VectorXd increment(needle.dof_count());
-  for (Eigen::Index i = 0; i < increment.size(); ++i) increment[i] = size * random_number(generator);
-  displace(increment, state);
-  return state;
 }
 
 }  // namespace

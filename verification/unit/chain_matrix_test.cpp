@@ -7,6 +7,7 @@
 #include <random>
 
 #include "verification/support/catch.hpp"
+#include "verification/support/needle_samples.hpp"
 #include "verification/support/sample_cells.hpp"
 
 using namespace finegauge;
@@ -46,18 +47,6 @@ ChainMatrix random_positive_chain(int nodes, std::mt19937& generator) {
     A.diagonal[i + 1] += S.bottomRightCorner<6, 6>();
   }
   return A;
-}
-
-Eigen::MatrixXd dense(const ChainMatrix& A) {
-  const int n = A.node_count();
-  Eigen::MatrixXd D = Eigen::MatrixXd::Zero(6 * n, 6 * n);
-  for (int i = 0; i < n; ++i) {
-    D.block<6, 6>(6 * i, 6 * i) = A.diagonal[i];
-    if (i + 1 == n) break;
-    D.block<6, 6>(6 * i, 6 * i + 6) = A.upper[i];
-    D.block<6, 6>(6 * i + 6, 6 * i) = A.upper[i].transpose();
-  }
-  return D;
 }
 
 int negative_eigenvalues(const Eigen::MatrixXd& A) {

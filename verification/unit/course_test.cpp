@@ -9,7 +9,7 @@ using namespace finegauge;
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 struct Derivatives {
   double first, second;

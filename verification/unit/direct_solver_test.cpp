@@ -12,8 +12,10 @@ using namespace finegauge;
 
 namespace {
 
-const SupportCondition clamped = {"x_min", {}, {}};
-SupportCondition plane(const std::string& surface, const Eigen::Vector3d& normal) { return {surface, normal, {}}; }
+const SupportCondition clamped_side = {"x_min", {}, {}};
+SupportCondition sliding_plane(const std::string& surface, const Eigen::Vector3d& normal) {
+  return {surface, normal, {}};
+}
 
 /// The stiffness of a box at rest, with its supports.
 struct Box {
@@ -73,7 +75,8 @@ TEST_CASE("the stiffness of a body that is not held is refused", "[direct]") {
   material.dilatation = Dilatation::mean;
   material.poisson_ratio = GENERATE(0.3, 0.4999);
   CAPTURE(n, int(options.shape), material.poisson_ratio);
-  const SupportCondition x = plane("x_min", {1, 0, 0}), y = plane("y_min", {0, 1, 0}), z = plane("z_min", {0, 0, 1});
+  const SupportCondition x = sliding_plane("x_min", {1, 0, 0}), y = sliding_plane("y_min", {0, 1, 0}),
+                         z = sliding_plane("z_min", {0, 0, 1});
   CHECK_FALSE(DirectSolver(Box(options, material, {}).A).factored());
   CHECK_FALSE(DirectSolver(Box(options, material, {x}).A).factored());
   CHECK_FALSE(DirectSolver(Box(options, material, {x, y}).A).factored());
@@ -97,7 +100,7 @@ TEST_CASE("held bodies of slender cells and almost incompressible ones are facto
   material.dilatation = Dilatation::mean;
   material.poisson_ratio = GENERATE(0.3, 0.4999);
   CAPTURE(cells, material.poisson_ratio);
-  CHECK(DirectSolver(Box(options, material, {clamped}).A).factored());
+  CHECK(DirectSolver(Box(options, material, {clamped_side}).A).factored());
 }
 
 TEST_CASE("bars and plates of cells 1:1000 are factored at nu = 0.49999, and refused when they are not held",
@@ -114,10 +117,10 @@ TEST_CASE("bars and plates of cells 1:1000 are factored at nu = 0.49999, and ref
   material.dilatation = Dilatation::mean;
   material.poisson_ratio = 0.49999;
   CAPTURE(cells, int(options.shape));
-  const DirectSolver held(Box(options, material, {clamped}).A);
+  const DirectSolver held(Box(options, material, {clamped_side}).A);
   CHECK(held.factored());
   CHECK(held.smallest_pivot() < 1e-7);  // otherwise the case is an easy one
-  const SupportCondition x = plane("x_min", {1, 0, 0}), y = plane("y_min", {0, 1, 0});
+  const SupportCondition x = sliding_plane("x_min", {1, 0, 0}), y = sliding_plane("y_min", {0, 1, 0});
   CHECK_FALSE(DirectSolver(Box(options, material, {}).A).factored());
   CHECK_FALSE(DirectSolver(Box(options, material, {x, y}).A).factored());
 }
@@ -139,7 +142,7 @@ TEST_CASE("the scale of single rows does not decide whether a matrix is factored
 }
 
 TEST_CASE("units that are powers of two apart give the same bits", "[direct]") {
-  const Box box(box_of(GENERATE(simplicial, supernodal)), Material{}, {clamped});
+  const Box box(box_of(GENERATE(simplicial, supernodal)), Material{}, {clamped_side});
   const Eigen::VectorXd b = random_column(box.discretization.dof_count(), 3);
   const DirectSolver solver(box.A);
   REQUIRE(solver.factored());
@@ -169,7 +172,7 @@ TEST_CASE("factoring again on the same pattern is factoring afresh, to the bit",
   stiff.youngs_modulus = 1e9;
   soft.youngs_modulus = 3.0;
   soft.poisson_ratio = 0.4;
-  const Box first(box_of(cells), stiff, {clamped}), second(box_of(cells), soft, {clamped}),
+  const Box first(box_of(cells), stiff, {clamped_side}), second(box_of(cells), soft, {clamped_side}),
       loose(box_of(cells), soft, {});
   const Eigen::VectorXd b = random_column(first.discretization.dof_count(), 4);
   DirectSolver solver(first.A);
@@ -189,7 +192,7 @@ TEST_CASE("factoring again on the same pattern is factoring afresh, to the bit",
 }
 
 TEST_CASE("many right sides are solved at once as one by one", "[direct]") {
-  const Box box(box_of(GENERATE(simplicial, supernodal)), Material{}, {clamped});
+  const Box box(box_of(GENERATE(simplicial, supernodal)), Material{}, {clamped_side});
   const DirectSolver solver(box.A);
   REQUIRE(solver.factored());
   const Eigen::MatrixXd B = random_matrix(box.discretization.dof_count(), 7, 5);
@@ -206,7 +209,7 @@ TEST_CASE("many right sides are solved at once as one by one", "[direct]") {
 
 TEST_CASE("a direct solve is converged at the residual that was asked for and at no other", "[direct]") {
   // A slender bar: round-off allows ε ‖A‖ ‖x‖ / ‖b‖, here some 1e-7.
-  const Box box(box_of({300, 1, 1}, {300, 1, 1}), Material{}, {clamped});
+  const Box box(box_of({300, 1, 1}, {300, 1, 1}), Material{}, {clamped_side});
   const DirectSolver solver(box.A);
   REQUIRE(solver.factored());
   Eigen::VectorXd b = Eigen::VectorXd::Zero(box.discretization.dof_count()), x, Ax;
@@ -237,10 +240,10 @@ TEST_CASE("a direct solve is converged at the residual that was asked for and at
 
 TEST_CASE("iterative refinement makes up for a factor of a slightly different matrix", "[direct]") {
   Material material;
-  const Box box(box_of({4, 4, 4}), material, {clamped});
+  const Box box(box_of({4, 4, 4}), material, {clamped_side});
   material.youngs_modulus *= 1.0 + 1e-4;
   material.poisson_ratio += 1e-5;
-  const Box other(box_of({4, 4, 4}), material, {clamped});
+  const Box other(box_of({4, 4, 4}), material, {clamped_side});
   const DirectSolver solver(other.A);
   const Eigen::VectorXd b = random_column(box.discretization.dof_count(), 6);
   Eigen::VectorXd x;

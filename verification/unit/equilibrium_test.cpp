@@ -49,7 +49,7 @@ struct Problem {
   }
 };
 
-const std::vector<SupportCondition> clamped = {{"x_min", {}, {}}};
+const std::vector<SupportCondition> clamped_left = {{"x_min", {}, {}}};
 std::vector<SurfaceLoad> end_force(const Eigen::Vector3d& force) { return {{"x_max", LoadKind::total_by_area, force}}; }
 
 /// Mean displacement of the nodes on the end face of an unrotated beam, weighted equally.
@@ -106,7 +106,7 @@ TEST_CASE("the elastica that cantilevers are held against is the known one", "[e
 TEST_CASE("a cantilever bends by a large angle as the elastica does", "[equilibrium][corotational]") {
   const double force = GENERATE(4.0, 8.0, 16.0);
   CAPTURE(force);
-  const Problem problem(RefinementForest(beam({40, 2, 2})), soft(Kinematics::corotational), clamped,
+  const Problem problem(RefinementForest(beam({40, 2, 2})), soft(Kinematics::corotational), clamped_left,
                         end_force({0.0, 0.0, -force}));
   const Equilibrium found = problem.solve(problem.rest());
   CHECK(found.converged);
@@ -121,7 +121,7 @@ TEST_CASE("a cantilever bends by a large angle as the elastica does", "[equilibr
   CHECK_THAT(end.y(), WithinAbs(0.0, 1e-6));
   if (force == 8.0) CHECK(exact.deflection > 0.65);  // as large as that
   // The solution is one: from another start the same.
-  const Problem half(RefinementForest(beam({40, 2, 2})), soft(Kinematics::corotational), clamped,
+  const Problem half(RefinementForest(beam({40, 2, 2})), soft(Kinematics::corotational), clamped_left,
                      end_force({0.0, 0.0, -0.5 * force}));
   const Equilibrium again = problem.solve(half.solve(half.rest()).u);
   CHECK(again.converged);
@@ -134,7 +134,7 @@ TEST_CASE("large bending converges on hanging meshes, tetrahedra, and with eithe
   const auto method = GENERATE(LinearMethod::direct, LinearMethod::multigrid);
   RefinementForest forest(beam({10, 1, 1}, shape));
   for (int cell = 0; cell < static_cast<int>(forest.base().cells.size()) / 2; ++cell) forest.refine(cell, {{2, 2, 2}});
-  const Problem problem(std::move(forest), soft(Kinematics::corotational), clamped, end_force({0.0, 2.0, -8.0}));
+  const Problem problem(std::move(forest), soft(Kinematics::corotational), clamped_left, end_force({0.0, 2.0, -8.0}));
   REQUIRE(problem.d.hanging.hanging_count() > 0);
   REQUIRE_FALSE(problem.hierarchy.coarse.empty());
   EquilibriumOptions options;
@@ -155,7 +155,7 @@ TEST_CASE("a superposed rotation of the clamped end and the load turns the solut
   RefinementForest forest(beam({10, 1, 1}));
   forest.refine(0, {{2, 2, 2}});
   const Eigen::Vector3d force(0.1, 0.5, -4.0);
-  const Problem straight(forest, soft(Kinematics::corotational), clamped, end_force(force));
+  const Problem straight(forest, soft(Kinematics::corotational), clamped_left, end_force(force));
   const std::vector<SupportCondition> turned_clamp = {
       {"x_min", {}, [Q](const Eigen::Vector3d& X) { return Eigen::Vector3d(Q * X - X); }}};
   const Problem turned(forest, soft(Kinematics::corotational), turned_clamp, end_force(Q * force));
@@ -193,7 +193,7 @@ TEST_CASE("a clamped end turned by a right angle carries an unloaded body along"
 }
 
 TEST_CASE("an iteration that does not converge says so", "[equilibrium]") {
-  const Problem problem(RefinementForest(beam({10, 1, 1})), soft(Kinematics::corotational), clamped,
+  const Problem problem(RefinementForest(beam({10, 1, 1})), soft(Kinematics::corotational), clamped_left,
                         end_force({0.0, 0.0, -8.0}));
   EquilibriumOptions options;
   options.newton_iterations = GENERATE(1, 3);
@@ -208,7 +208,7 @@ TEST_CASE("a linear solve that runs out of iterations says so", "[equilibrium]")
   const auto kinematics = GENERATE(Kinematics::linear, Kinematics::corotational);
   RefinementForest forest(beam({10, 1, 1}));
   for (const int leaf : leaves(forest)) forest.refine(leaf, {{2, 2, 2}});
-  const Problem problem(std::move(forest), soft(kinematics), clamped, end_force({0.0, 0.0, -1.0}));
+  const Problem problem(std::move(forest), soft(kinematics), clamped_left, end_force({0.0, 0.0, -1.0}));
   EquilibriumOptions options;
   options.method = LinearMethod::multigrid;
   options.linear.iterations = 2;
@@ -218,7 +218,7 @@ TEST_CASE("a linear solve that runs out of iterations says so", "[equilibrium]")
 }
 
 TEST_CASE("a direct solve that round-off keeps from the residual asked for says so", "[equilibrium]") {
-  const Problem problem(RefinementForest(beam({40, 2, 2})), soft(Kinematics::linear), clamped,
+  const Problem problem(RefinementForest(beam({40, 2, 2})), soft(Kinematics::linear), clamped_left,
                         end_force({0.0, 0.0, -1.0}));
   EquilibriumOptions options;
   options.method = LinearMethod::direct;
@@ -244,7 +244,7 @@ TEST_CASE("a body whose stresses are in units that are powers of two apart moves
     Material material = soft(kinematics);
     material.youngs_modulus = std::ldexp(material.youngs_modulus, stress);
     const Eigen::Vector3d force = std::ldexp(1.0, stress) * Eigen::Vector3d(0.1, 0.5, -2.0);
-    const Problem problem(std::move(forest), material, clamped, end_force(force));
+    const Problem problem(std::move(forest), material, clamped_left, end_force(force));
     REQUIRE(problem.d.hanging.hanging_count() > 0);
     EquilibriumOptions options;
     options.method = method;
@@ -264,11 +264,11 @@ TEST_CASE("the cache keeps the factor of the base mesh, and none of a mesh that 
   EquilibriumOptions options;
   options.method = LinearMethod::direct;
   const auto load = end_force({0.0, 0.0, -0.1});
-  const Problem base(RefinementForest(beam({10, 1, 1})), soft(Kinematics::linear), clamped, load);
+  const Problem base(RefinementForest(beam({10, 1, 1})), soft(Kinematics::linear), clamped_left, load);
   REQUIRE(base.hierarchy.coarse.empty());
   RefinementForest forest(beam({10, 1, 1}));
   for (const int leaf : leaves(forest)) forest.refine(leaf, {{2, 2, 2}});
-  const Problem fine(std::move(forest), soft(Kinematics::linear), clamped, load);
+  const Problem fine(std::move(forest), soft(Kinematics::linear), clamped_left, load);
   REQUIRE_FALSE(fine.hierarchy.coarse.empty());
   const auto matrix_of = [](const Problem& problem) {
     BlockMatrix<double> A = assemble_stiffness(problem.d, problem.rest());
@@ -310,7 +310,7 @@ TEST_CASE("the solution of a linear body does not depend on the start", "[equili
 }
 
 TEST_CASE("twice the stored energy is the work of the loads on a linear body", "[equilibrium]") {
-  const Problem problem(RefinementForest(beam({10, 2, 2})), soft(Kinematics::linear), clamped,
+  const Problem problem(RefinementForest(beam({10, 2, 2})), soft(Kinematics::linear), clamped_left,
                         end_force({0.1, 0.2, -0.3}));
   const Equilibrium found = problem.solve(problem.rest());
   CHECK(found.converged);
@@ -321,8 +321,8 @@ TEST_CASE("twice the stored energy is the work of the loads on a linear body", "
 
 TEST_CASE("small loads bend a corotational body as a linear one", "[equilibrium][corotational]") {
   const auto load = end_force({0.0, 0.0, -1e-5});
-  const Problem linear(RefinementForest(beam({10, 2, 2})), soft(Kinematics::linear), clamped, load);
-  const Problem corotational(RefinementForest(beam({10, 2, 2})), soft(Kinematics::corotational), clamped, load);
+  const Problem linear(RefinementForest(beam({10, 2, 2})), soft(Kinematics::linear), clamped_left, load);
+  const Problem corotational(RefinementForest(beam({10, 2, 2})), soft(Kinematics::corotational), clamped_left, load);
   const Equilibrium a = linear.solve(linear.rest()), b = corotational.solve(corotational.rest());
   CHECK(b.converged);
   // The turn of the end is 2e-6.
@@ -370,10 +370,10 @@ TEST_CASE("incompressible bodies and bodies without coarser meshes are solved di
   RefinementForest refined(beam({10, 1, 1}));
   for (const int leaf : leaves(refined)) refined.refine(leaf, {{2, 2, 2}});
   Material material = soft(Kinematics::linear);
-  const Problem fine(refined, material, clamped, {});
-  const Problem coarse(RefinementForest(beam({10, 1, 1})), material, clamped, {});
+  const Problem fine(refined, material, clamped_left, {});
+  const Problem coarse(RefinementForest(beam({10, 1, 1})), material, clamped_left, {});
   material.poisson_ratio = 0.499;
-  const Problem incompressible(refined, material, clamped, {});
+  const Problem incompressible(refined, material, clamped_left, {});
   const auto chosen = [](const Problem& p) { return choose_method(p.d, p.hierarchy, LinearMethod::automatic); };
   CHECK(chosen(fine) == LinearMethod::multigrid);
   CHECK(chosen(coarse) == LinearMethod::direct);

@@ -11,7 +11,7 @@ using namespace finegauge;
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 Eigen::Matrix3d stress_of_displacement(const ExactField& field, const Material& material, const Eigen::Vector3d& X) {
   constexpr double h = 1e-5;

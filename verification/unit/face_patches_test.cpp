@@ -14,7 +14,7 @@ using namespace finegauge;
 
 namespace {
 
-BaseMesh box(std::array<int, 3> cells) {
+BaseMesh plain_box(std::array<int, 3> cells) {
   BoxMeshOptions options;
   options.cells = cells;
   return box_mesh(options);
@@ -72,7 +72,7 @@ TEST_CASE("patches tile every face of every leaf and are at one place seen from 
 
 TEST_CASE("a face in halves against one in thirds meets in sixteen patches, the first in four of them",
           "[face_patches]") {
-  RefinementForest forest(box({2, 1, 1}));
+  RefinementForest forest(plain_box({2, 1, 1}));
   forest.refine(0, {{2, 2, 2}});
   forest.refine(1, {{3, 3, 3}});
   const Mesh mesh = forest.leaf_mesh();
@@ -92,7 +92,7 @@ TEST_CASE("a face in halves against one in thirds meets in sixteen patches, the 
 }
 
 TEST_CASE("an unrefined box has one patch for each face between cells and each face outside", "[face_patches]") {
-  const RefinementForest forest(box({3, 4, 5}));
+  const RefinementForest forest(plain_box({3, 4, 5}));
   const auto patches = face_patches(forest.topology(), forest.leaf_mesh());
   CHECK(patches.size() == 2 * 4 * 5 + 3 * 3 * 5 + 3 * 4 * 4 + 2 * (3 * 4 + 4 * 5 + 5 * 3));
   for (const FacePatch& patch : patches) {

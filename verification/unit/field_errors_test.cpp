@@ -13,7 +13,7 @@ Jets quadratic(const Jets& x) { return {x[0] * x[0], 0.0, 0.0}; }
 Jets sheared_stretch(const Jets& x) { return {x[0] * x[1], 0.0, 0.0}; }
 
 constexpr double h[3] = {2.0 / 4.0, 0.6 / 3.0, 1.0 / 5.0};
-constexpr double volume = 2.0 * 0.6 * 1.0;
+constexpr double box_volume = 2.0 * 0.6 * 1.0;
 
 Discretization box(const Material& material) {
   BoxMeshOptions options;
@@ -42,9 +42,9 @@ TEST_CASE("the interpolant of x² has its closed errors", "[field_errors]") {
   const FieldErrors errors = of_interpolant(d, {"x²", quadratic});
   // u_h - u = s (h - s), strain error h - 2s: ∫ over a cell of length h along x, times the rest of its volume.
   const double modulus = material.lambda() + 2.0 * material.mu();
-  CHECK_THAT(errors.displacement, WithinRel(h[0] * h[0] * std::sqrt(volume / 30.0), 1e-12));
+  CHECK_THAT(errors.displacement, WithinRel(h[0] * h[0] * std::sqrt(box_volume / 30.0), 1e-12));
   CHECK_THAT(errors.displacement_norm, WithinRel(std::sqrt(32.0 / 5.0 * 0.6), 1e-12));
-  CHECK_THAT(errors.energy, WithinRel(h[0] * std::sqrt(modulus * volume / 3.0), 1e-12));
+  CHECK_THAT(errors.energy, WithinRel(h[0] * std::sqrt(modulus * box_volume / 3.0), 1e-12));
   CHECK_THAT(errors.energy_norm, WithinRel(std::sqrt(modulus * 4.0 * 8.0 / 3.0 * 0.6), 1e-12));
   CHECK(errors.nodal == 0.0);
   CHECK(errors.nodal_norm > 0.0);
@@ -59,7 +59,7 @@ TEST_CASE("the stress of the mean dilatation is off by the bulk modulus times wh
   CHECK(of_interpolant(box(material), exact).energy < 1e-12);
   material.dilatation = Dilatation::mean;
   const FieldErrors errors = of_interpolant(box(material), exact);
-  CHECK_THAT(errors.energy, WithinRel(std::sqrt(material.bulk() * h[1] * h[1] / 12.0 * volume), 1e-10));
+  CHECK_THAT(errors.energy, WithinRel(std::sqrt(material.bulk() * h[1] * h[1] / 12.0 * box_volume), 1e-10));
 }
 
 TEST_CASE("on distorted cells the energy of x² is integrated exactly", "[field_errors]") {

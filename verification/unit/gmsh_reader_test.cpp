@@ -5,6 +5,7 @@
 
 #include "core/scene/scene_error.hpp"
 #include "verification/support/catch.hpp"
+#include "verification/support/scene_text.hpp"
 #include "verification/support/temporary_file.hpp"
 
 using namespace finegauge;
@@ -89,19 +90,13 @@ $Elements
 $EndElements
 )";
 
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const std::size_t at = text.find(from);
-  REQUIRE(at != std::string::npos);
-  return text.replace(at, from.size(), to);
-}
-
-BaseMesh read(const std::string& text) {
+BaseMesh read_mesh(const std::string& text) {
   const TemporaryFile file("mesh.msh", text);
   return read_gmsh(file.path());
 }
 
 /// The message without the directory of the file; fails the test when the file is accepted.
-std::string refusal(const std::string& text) {
+std::string mesh_refusal(const std::string& text) {
   const TemporaryFile file("mesh.msh", text);
   try {
     (void)read_gmsh(file.path());
@@ -117,7 +112,7 @@ std::string refusal(const std::string& text) {
 
 TEST_CASE("a gmsh file of hexahedra gives its cells in our corner order and its physical groups as surfaces",
           "[gmsh]") {
-  const BaseMesh mesh = read(two_cubes);
+  const BaseMesh mesh = read_mesh(two_cubes);
   REQUIRE(mesh.shape == CellShape::hexahedron);
   CHECK(mesh.nodes.cols() == 12);  // the thirteenth belongs to no cell
   REQUIRE(mesh.cells.size() == 2);
@@ -130,7 +125,7 @@ TEST_CASE("a gmsh file of hexahedra gives its cells in our corner order and its 
 }
 
 TEST_CASE("a gmsh 4.1 file gives tetrahedra, and a face of two physical groups lies in both surfaces", "[gmsh]") {
-  const BaseMesh mesh = read(one_tetrahedron);
+  const BaseMesh mesh = read_mesh(one_tetrahedron);
   REQUIRE(mesh.shape == CellShape::tetrahedron);
   REQUIRE(mesh.nodes.cols() == 4);
   CHECK(mesh.nodes.col(mesh.cells[0][1]) == Eigen::Vector3d(1, 0, 0));
@@ -143,8 +138,8 @@ TEST_CASE("a gmsh 4.1 file gives tetrahedra, and a face of two physical groups l
 TEST_CASE("line ends of another system do not matter", "[gmsh]") {
   std::string text;
   for (const char c : two_cubes) text += c == '\n' ? std::string("\r\n") : std::string(1, c);
-  CHECK(read(text).cells == read(two_cubes).cells);
-  CHECK(read(text).surfaces == read(two_cubes).surfaces);
+  CHECK(read_mesh(text).cells == read_mesh(two_cubes).cells);
+  CHECK(read_mesh(text).surfaces == read_mesh(two_cubes).surfaces);
 }
 
 TEST_CASE("a gmsh file that is not what we read is refused with line, field, value and range", "[gmsh][refusal]") {
@@ -191,7 +186,7 @@ TEST_CASE("a gmsh file that is not what we read is refused with line, field, val
       {"2 7 \"left\"", "2 7 \"\"", "6: physical name: found \"\"\"\", allowed a name in double quotes"},
   }));
   CAPTURE(from, to);
-  const std::string found = refusal(replaced(two_cubes, from, to));
+  const std::string found = mesh_refusal(replaced(two_cubes, from, to));
   CHECK(found.substr(0, message.size()) == message);
 }
 
@@ -199,7 +194,7 @@ TEST_CASE("many physical names may stand on one line", "[gmsh]") {
   constexpr int count = 100'000;  // in seconds if each of them looked for the end of the line
   std::string names = std::to_string(count) + "\n2 7 \"left\"";
   for (int i = 1; i < count; ++i) names += " 2 " + std::to_string(100 + i) + " \"unused\"";
-  CHECK(read(replaced(two_cubes, "2\n2 7 \"left\"\n3 9 \"body\"", names)).surfaces.contains("left"));
+  CHECK(read_mesh(replaced(two_cubes, "2\n2 7 \"left\"\n3 9 \"body\"", names)).surfaces.contains("left"));
 }
 
 TEST_CASE("a surface is in 32 physical groups at most, or faces times groups would outgrow the file",
@@ -212,10 +207,10 @@ TEST_CASE("a surface is in 32 physical groups at most, or faces times groups wou
   const auto with = [](const std::string& entities) {
     return replaced(one_tetrahedron, "4 0 0 0 0 1 1 2 1 2 1 1\n", entities);
   };
-  CHECK(read(with(entity(1, 33))).surfaces.size() == 32);
-  CHECK(refusal(with(entity(1, 34))) == "16: physical tag: found more than 32 of surface 4, allowed as many");
+  CHECK(read_mesh(with(entity(1, 33))).surfaces.size() == 32);
+  CHECK(mesh_refusal(with(entity(1, 34))) == "16: physical tag: found more than 32 of surface 4, allowed as many");
   const std::string twice = replaced(with(entity(1, 33) + entity(33, 35)), "1 1 1 1\n", "1 1 2 1\n");
-  CHECK(refusal(twice) == "17: physical tag: found more than 32 of surface 4, allowed as many");
+  CHECK(mesh_refusal(twice) == "17: physical tag: found more than 32 of surface 4, allowed as many");
 }
 
 TEST_CASE("counts of a 4.1 file that do not hold are refused", "[gmsh][refusal]") {
@@ -231,18 +226,18 @@ TEST_CASE("counts of a 4.1 file that do not hold are refused", "[gmsh][refusal]"
       {"1 0 0\n$EndNodes", "0 1 1\n$EndNodes", "37: element 2: found a flat cell"},
   }));
   CAPTURE(from, to);
-  const std::string found = refusal(replaced(one_tetrahedron, from, to));
+  const std::string found = mesh_refusal(replaced(one_tetrahedron, from, to));
   CHECK(found.substr(0, message.size()) == message);
 }
 
 TEST_CASE("a gmsh file without a section that it needs is refused", "[gmsh][refusal]") {
   const std::string format = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n";
-  CHECK(refusal(format) == "3: $Nodes: found nothing, required: the section $Nodes");
-  CHECK(refusal(format + "$Nodes\n1\n1 0 0 0\n$EndNodes\n") ==
+  CHECK(mesh_refusal(format) == "3: $Nodes: found nothing, required: the section $Nodes");
+  CHECK(mesh_refusal(format + "$Nodes\n1\n1 0 0 0\n$EndNodes\n") ==
         "7: $Elements: found nothing, required: the section $Elements");
-  CHECK(refusal(format + "$Nodes\n1\n1 0 0 0\n$EndNodes\n$Elements\n1\n1 15 0 1\n$EndElements\n") ==
+  CHECK(mesh_refusal(format + "$Nodes\n1\n1 0 0 0\n$EndNodes\n$Elements\n1\n1 15 0 1\n$EndElements\n") ==
         "8: $Elements: found no hexahedra and no tetrahedra, allowed one or more");
-  CHECK(refusal("") == "1: the file is empty");
+  CHECK(mesh_refusal("") == "1: the file is empty");
 }
 
 TEST_CASE("no cut and no noise in a gmsh file does more than a refusal", "[gmsh][refusal][fuzz]") {

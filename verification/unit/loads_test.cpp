@@ -54,7 +54,7 @@ Eigen::Matrix<double, 6, 1> wrench(const Eigen::Vector3d& force, const Eigen::Ve
   return (Eigen::Matrix<double, 6, 1>() << force, at.cross(force)).finished();
 }
 
-const Eigen::Vector3d traction(0.3, -2.0, 0.7);
+const Eigen::Vector3d oblique_traction(0.3, -2.0, 0.7);
 
 }  // namespace
 
@@ -76,12 +76,12 @@ TEST_CASE("a traction on a plane side has its resultant, however the faces are c
                {"z_max", 6.0, {1.0, 1.5, 4.0}}};
   for (const auto& side : sides) {
     CAPTURE(side.name);
-    const Eigen::Matrix3Xd forces = nodal_loads(base, mesh, {{side.name, LoadKind::traction, traction}});
-    const auto expected = wrench(side.area * traction, side.centroid);
+    const Eigen::Matrix3Xd forces = nodal_loads(base, mesh, {{side.name, LoadKind::traction, oblique_traction}});
+    const auto expected = wrench(side.area * oblique_traction, side.centroid);
     CHECK_THAT((resultant(mesh, forces) - expected).norm() / expected.norm(), WithinAbs(0.0, 1e-14));
 
     const Eigen::Matrix3Xd shared =
-        nodal_loads(base, mesh, {{side.name, LoadKind::total_by_area, side.area * traction}});
+        nodal_loads(base, mesh, {{side.name, LoadKind::total_by_area, side.area * oblique_traction}});
     CHECK_THAT((shared - forces).norm() / forces.norm(), WithinAbs(0.0, 1e-14));
     for (int node = 0; node < mesh.node_count(); ++node) {
       bool on_side = false;
@@ -151,8 +151,8 @@ TEST_CASE("a uniform body force has the weight of the body at its centre", "[loa
   const BaseMesh base = distorted_box(shape, 55);
   const Mesh mesh = partly_refined(base).leaf_mesh();
   const Eigen::Matrix3Xd forces = nodal_loads(
-      base, mesh, {}, [](const Eigen::Vector3d&) { return traction; }, 3);
-  const auto expected = wrench(24.0 * traction, {1.0, 1.5, 2.0});
+      base, mesh, {}, [](const Eigen::Vector3d&) { return oblique_traction; }, 3);
+  const auto expected = wrench(24.0 * oblique_traction, {1.0, 1.5, 2.0});
   CHECK_THAT((resultant(mesh, forces) - expected).norm() / expected.norm(), WithinAbs(0.0, 1e-14));
 }
 
@@ -179,7 +179,8 @@ TEST_CASE("body forces are integrated to the order of the rule", "[loads]") {
 TEST_CASE("loads add up", "[loads]") {
   const BaseMesh base = distorted_box(CellShape::hexahedron, 56);
   const Mesh mesh = RefinementForest(base).leaf_mesh();
-  const SurfaceLoad first{"x_max", LoadKind::traction, traction}, second{"y_min", LoadKind::total_by_area, {0, 1, 0}};
+  const SurfaceLoad first{"x_max", LoadKind::traction, oblique_traction},
+      second{"y_min", LoadKind::total_by_area, {0, 1, 0}};
   const Eigen::Matrix3Xd both = nodal_loads(base, mesh, {first, second});
   CHECK_THAT((both - nodal_loads(base, mesh, {first}) - nodal_loads(base, mesh, {second})).norm(),
              WithinAbs(0.0, 1e-14));
@@ -191,14 +192,14 @@ TEST_CASE("loads that have no meaning are refused", "[loads]") {
   const Mesh mesh = RefinementForest(base).leaf_mesh();
   const double nan = std::numeric_limits<double>::quiet_NaN();
   try {
-    nodal_loads(base, mesh, {{"top", LoadKind::traction, traction}});
+    nodal_loads(base, mesh, {{"top", LoadKind::traction, oblique_traction}});
     FAIL("a surface that does not exist was loaded");
   } catch (const std::invalid_argument& error) {
     CHECK(std::string(error.what()).find("'top'") != std::string::npos);
     CHECK(std::string(error.what()).find("z_max") != std::string::npos);
   }
   CHECK_THROWS_AS(nodal_loads(base, mesh, {{"x_max", LoadKind::traction, {0.0, nan, 0.0}}}), std::invalid_argument);
-  const auto uniform = [](const Eigen::Vector3d&) { return traction; };
+  const auto uniform = [](const Eigen::Vector3d&) { return oblique_traction; };
   CHECK_THROWS_AS(nodal_loads(base, mesh, {}, uniform, 4), std::invalid_argument);
   CHECK_THROWS_AS(nodal_loads(base, mesh, {}, [&](const Eigen::Vector3d&) { return Eigen::Vector3d(nan, 0, 0); }),
                   std::invalid_argument);

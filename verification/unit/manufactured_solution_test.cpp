@@ -11,7 +11,7 @@ using namespace finegauge;
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 double difference(const Jet& a, double value, const Eigen::Vector3d& gradient, const Eigen::Matrix3d& hessian) {
   return std::max({std::abs(a.value - value), (a.gradient - gradient).cwiseAbs().maxCoeff(),

@@ -18,21 +18,21 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 /// The points with normal · X <= offset.
-struct HalfSpace {
+struct PlaneSide {
   Vector3d normal;  ///< of length one
   double offset;
 };
 
-std::vector<HalfSpace> half_spaces(const TriangleSurface& convex) {
-  std::vector<HalfSpace> found;
+std::vector<PlaneSide> half_spaces(const TriangleSurface& convex) {
+  std::vector<PlaneSide> found;
   for (int triangle = 0; triangle < convex.triangle_count(); ++triangle) {
     const Eigen::Matrix3d X = triangle_corners(convex, triangle);
     const Vector3d normal = (X.col(1) - X.col(0)).cross(X.col(2) - X.col(0)).normalized();
-    const HalfSpace half{normal, normal.dot(X.col(0))};
-    const auto same = [&](const HalfSpace& h) {
+    const PlaneSide half{normal, normal.dot(X.col(0))};
+    const auto same = [&](const PlaneSide& h) {
       return (h.normal - normal).norm() + std::abs(h.offset - half.offset) < 1e-9;
     };
     if (std::none_of(found.begin(), found.end(), same)) found.push_back(half);
@@ -42,7 +42,7 @@ std::vector<HalfSpace> half_spaces(const TriangleSurface& convex) {
 
 /// Volume of an intersection of half-spaces, by brute force: its corners are the points where three planes meet and
 /// that lie in all the others, and on each plane they span a convex face, the base of a pyramid.
-double convex_volume(const std::vector<HalfSpace>& halves, const Vector3d& middle) {
+double convex_volume(const std::vector<PlaneSide>& halves, const Vector3d& middle) {
   const int n = static_cast<int>(halves.size());
   std::vector<std::vector<Vector3d>> faces(halves.size());
   const auto add = [](std::vector<Vector3d>& face, const Vector3d& X) {
@@ -56,7 +56,7 @@ double convex_volume(const std::vector<HalfSpace>& halves, const Vector3d& middl
         A << halves[a].normal.transpose(), halves[b].normal.transpose(), halves[c].normal.transpose();
         if (std::abs(A.determinant()) < 1e-9) continue;
         const Vector3d X = A.inverse() * Vector3d(halves[a].offset, halves[b].offset, halves[c].offset);
-        const auto holds = [&](const HalfSpace& h) { return h.normal.dot(X) <= h.offset + 1e-12; };
+        const auto holds = [&](const PlaneSide& h) { return h.normal.dot(X) <= h.offset + 1e-12; };
         if (!std::all_of(halves.begin(), halves.end(), holds)) continue;
         for (const int plane : {a, b, c}) add(faces[plane], X);
       }

@@ -12,7 +12,7 @@ using namespace finegauge;
 
 namespace {
 
-const std::vector<SupportCondition> clamped = {{"x_min", {}, {}}};
+const std::vector<SupportCondition> clamped_end = {{"x_min", {}, {}}};
 const std::vector<SurfaceLoad> sideways = {{"x_max", LoadKind::traction, {0.5, 1.0, -2.0}}};
 
 Material material_of(Kinematics kinematics = Kinematics::linear) {
@@ -181,7 +181,7 @@ TEST_CASE("multigrid iterations hardly grow with uniform refinement", "[multigri
   std::vector<int> iterations;
   for (int levels = 1; levels <= 3; ++levels) {
     const RefinementForest forest = refined_box(shape, shape == CellShape::hexahedron ? 4 : 2, levels);
-    System system(forest, material_of(), clamped, {50, 0.6});
+    System system(forest, material_of(), clamped_end, {50, 0.6});
     REQUIRE(static_cast<int>(system.hierarchy.coarse.size()) == levels);
     iterations.push_back(iterations_of(system));
   }
@@ -203,7 +203,7 @@ TEST_CASE("multigrid iterations hardly grow with grading across hanging nodes", 
   for (int levels = 1; levels <= 4; ++levels) {
     if (levels == 4 && refinement == RefinementTemplate{{3, 3, 3}}) break;
     const RefinementForest forest = graded_box(shape, refinement, levels);
-    System system(forest, material_of(), clamped, {50, 0.9});
+    System system(forest, material_of(), clamped_end, {50, 0.9});
     REQUIRE(system.d.hanging.hanging_count() > 0);
     REQUIRE_FALSE(system.hierarchy.coarse.empty());
     iterations.push_back(iterations_of(system));
@@ -217,7 +217,7 @@ TEST_CASE("multigrid iterations hardly grow with grading across hanging nodes", 
 TEST_CASE("multigrid and direct solutions agree", "[multigrid]") {
   const auto shape = GENERATE(CellShape::hexahedron, CellShape::tetrahedron);
   const RefinementForest forest = graded_box(shape, {{2, 2, 2}}, 3);
-  System system(forest, material_of(), clamped, {50, 0.9});
+  System system(forest, material_of(), clamped_end, {50, 0.9});
   FactorCache factors;
   Multigrid multigrid(system.d, system.A, system.u, system.hierarchy, factors);
   Eigen::VectorXd x = Eigen::VectorXd::Zero(system.b.size());
@@ -233,8 +233,8 @@ TEST_CASE("multigrid and direct solutions agree", "[multigrid]") {
 
 TEST_CASE("levels are nested meshes with few nodes at the bottom", "[multigrid]") {
   const RefinementForest forest = refined_box(CellShape::hexahedron, 2, 3);
-  const Discretization d = discretize(forest, material_of(), clamped);
-  const MeshHierarchy hierarchy = build_hierarchy(forest, d, clamped, {30, 0.6});
+  const Discretization d = discretize(forest, material_of(), clamped_end);
+  const MeshHierarchy hierarchy = build_hierarchy(forest, d, clamped_end, {30, 0.6});
   REQUIRE(hierarchy.coarse.size() == 3);
   CHECK(hierarchy.coarse[0].mesh.cell_count() == 512);
   CHECK(hierarchy.coarse[1].mesh.cell_count() == 64);
@@ -254,7 +254,7 @@ TEST_CASE("levels are nested meshes with few nodes at the bottom", "[multigrid]"
     CHECK_THAT(error, WithinAbs(0.0, 1e-6));  // single precision
     fine = &coarse;
   }
-  CHECK(build_hierarchy(forest, d, clamped, {100000, 0.6}).coarse.empty());
+  CHECK(build_hierarchy(forest, d, clamped_end, {100000, 0.6}).coarse.empty());
 }
 
 TEST_CASE("a body that nothing holds is not solved", "[multigrid]") {

@@ -12,12 +12,12 @@ using namespace finegauge;
 namespace {
 
 /// A phantom needle: E = 50 MPa, r = 1 mm, 32 mm long, along x.
-const NeedleProperties soft = {.youngs_modulus = 5e7};
+const NeedleProperties soft_steel = {.youngs_modulus = 5e7};
 constexpr double L = 0.032;
-Needle phantom_needle(int elements) { return straight_needle(soft, {0.0, 0.0, 0.0}, {L, 0.0, 0.0}, elements); }
-double bending_stiffness() { return round_section(soft).EI_2; }
+Needle phantom_needle(int elements) { return straight_needle(soft_steel, {0.0, 0.0, 0.0}, {L, 0.0, 0.0}, elements); }
+double bending_stiffness() { return round_section(soft_steel).EI_2; }
 
-HeldDofs clamped(const Needle& needle) {
+HeldDofs clamped_base(const Needle& needle) {
   HeldDofs held(needle.node_count(), 0u);
   held[0] = hold_all;
   return held;
@@ -39,7 +39,7 @@ TEST_CASE("a straight needle loses its stability at Euler's load, in both planes
   const double critical = factor * bending_stiffness() / (L * L);
   CHECK_THAT(critical, WithinRel(pinned ? 0.774 : 0.0946, 1e-3));
   const Needle needle = phantom_needle(16);
-  HeldDofs held = clamped(needle);
+  HeldDofs held = clamped_base(needle);
   if (pinned) held.back() = 6u;
   for (const double share : {0.5, 0.97, 1.03, 2.0}) {
     CAPTURE(pinned, share);
@@ -58,7 +58,7 @@ TEST_CASE("a step that is too long is returned as not converged, with the last s
   const NeedleLoad load = tip_load(needle, Eigen::Vector3d::Zero(), {0.0, 0.0, moment});
   const NeedleState rest = needle_at_rest(needle);
   const NeedleEquilibrium result =
-      solve_needle_equilibrium(needle, clamped(needle), load, rest, {.steps = 1, .iterations = 6});
+      solve_needle_equilibrium(needle, clamped_base(needle), load, rest, {.steps = 1, .iterations = 6});
   CHECK_FALSE(result.converged);
   CHECK(result.load_factor == 0.0);
   CHECK(result.iterations <= 6);
@@ -74,7 +74,7 @@ TEST_CASE("a load that makes no number is not converged, and no NaN is handed on
   const Needle needle = phantom_needle(4);
   const NeedleLoad load =
       tip_load(needle, {0.0, std::numeric_limits<double>::quiet_NaN(), 0.0}, Eigen::Vector3d::Zero());
-  const NeedleEquilibrium result = solve_needle_equilibrium(needle, clamped(needle), load, needle_at_rest(needle));
+  const NeedleEquilibrium result = solve_needle_equilibrium(needle, clamped_base(needle), load, needle_at_rest(needle));
   CHECK_FALSE(result.converged);
   CHECK(result.state.positions.allFinite());
 }
@@ -86,7 +86,7 @@ TEST_CASE("a needle at rest without load, and one that was moved as a whole, are
   const Eigen::Matrix3d Q = rotation_of({2.0, -5.0, 1.0});
   state.positions = (Q * state.positions).colwise() + Eigen::Vector3d(0.1, 0.2, -0.3);
   for (Eigen::Matrix3d& R : state.rotations) R = Q * R;
-  const NeedleEquilibrium result = solve_needle_equilibrium(needle, clamped(needle), {}, state);
+  const NeedleEquilibrium result = solve_needle_equilibrium(needle, clamped_base(needle), {}, state);
   CHECK(result.converged);
   CHECK(result.iterations <= 5);
   CHECK((result.state.positions - state.positions).cwiseAbs().maxCoeff() < 1e-14);  // round-off of 0.3 m
@@ -103,8 +103,8 @@ TEST_CASE("held dofs stay, the fixed load acts at every load factor, velocities 
   both.reference = fixed.fixed = tip_load(needle, {0.0, P, 0.0}, Eigen::Vector3d::Zero()).reference;
   both.fixed = tip_load(needle, {0.0, 0.0, 0.5 * P}, Eigen::Vector3d::Zero()).reference;
   fixed.fixed += both.fixed;
-  const NeedleEquilibrium one = solve_needle_equilibrium(needle, clamped(needle), both, start, {.steps = 4});
-  const NeedleEquilibrium other = solve_needle_equilibrium(needle, clamped(needle), fixed, start);
+  const NeedleEquilibrium one = solve_needle_equilibrium(needle, clamped_base(needle), both, start, {.steps = 4});
+  const NeedleEquilibrium other = solve_needle_equilibrium(needle, clamped_base(needle), fixed, start);
   REQUIRE(one.converged);
   REQUIRE(other.converged);
   CHECK(one.load_factor == 1.0);
@@ -125,7 +125,7 @@ TEST_CASE("an applied moment out of the plane of bending converges though the ta
   const double M = bending_stiffness() / L;
   const NeedleLoad load = tip_load(needle, {0.0, M / L, 0.0}, {0.6 * M, 0.8 * M, 0.5 * M});
   const NeedleEquilibrium result =
-      solve_needle_equilibrium(needle, clamped(needle), load, needle_at_rest(needle), {.steps = 2});
+      solve_needle_equilibrium(needle, clamped_base(needle), load, needle_at_rest(needle), {.steps = 2});
   CAPTURE(result.iterations, result.relative_residual);
   REQUIRE(result.converged);
   CHECK((needle_forces(needle, result.state).tail<6>() - load.reference.tail<6>()).norm() <

@@ -9,7 +9,9 @@
 
 #include "core/needle/rotation_vector.hpp"
 #include "verification/support/catch.hpp"
+#include "verification/support/central_difference.hpp"
 #include "verification/support/insertion_setup.hpp"
+#include "verification/support/needle_samples.hpp"
 #include "verification/support/sample_cells.hpp"
 
 using namespace finegauge;
@@ -37,15 +39,6 @@ Needle sample_needle() {
   return chain_of_beams(uneven_section(), nodes, {0.1, 0.2, 1.0});
 }
 
-/// Displaced by up to `size` everywhere.
-NeedleState sample_state(const Needle& needle, double size, std::mt19937& generator) {
-  NeedleState state = needle_at_rest(needle);
-  Eigen::VectorXd increment(needle.dof_count());
-  for (Eigen::Index i = 0; i < increment.size(); ++i) increment[i] = size * random_number(generator);
-  displace(increment, state);
-  return state;
-}
-
 /// The whole needle turned by Q about the origin and moved by b.
 NeedleState moved(const NeedleState& state, const Eigen::Matrix3d& Q, const Eigen::Vector3d& b) {
   NeedleState result = state;
@@ -54,33 +47,11 @@ NeedleState moved(const NeedleState& state, const Eigen::Matrix3d& Q, const Eige
   return result;
 }
 
-Eigen::MatrixXd dense(const ChainMatrix& A) {
-  const int n = A.node_count();
-  Eigen::MatrixXd D = Eigen::MatrixXd::Zero(6 * n, 6 * n);
-  for (int i = 0; i < n; ++i) {
-    D.block<6, 6>(6 * i, 6 * i) = A.diagonal[i];
-    if (i + 1 == n) break;
-    D.block<6, 6>(6 * i, 6 * i + 6) = A.upper[i];
-    D.block<6, 6>(6 * i + 6, 6 * i) = A.upper[i].transpose();
-  }
-  return D;
-}
-
 NeedleState nudged(const NeedleState& state, Eigen::Index dof, double h) {
   NeedleState result = state;
   displace(h * Eigen::VectorXd::Unit(6 * state.positions.cols(), dof), result);
   return result;
 }
-
-/// Central differences, extrapolated once (error h⁴).
-template <class Function>
-auto difference(const Function& f, double h) {
-  using Value = decltype(f(h));
-  const Value near = (f(h) - f(-h)) / (2.0 * h), far = (f(2.0 * h) - f(-2.0 * h)) / (4.0 * h);
-  return Value((4.0 * near - far) / 3.0);
-}
-
-constexpr double step = 1e-3;  // h⁴ = 1e-12 and round-off 1e-16 / h = 1e-13 of the value
 
 }  // namespace
 
@@ -94,7 +65,7 @@ TEST_CASE("forces are the gradient of the energy", "[needle]") {
   const Eigen::VectorXd forces = needle_forces(needle, state);
   Eigen::VectorXd gradient(needle.dof_count());
   for (Eigen::Index dof = 0; dof < needle.dof_count(); ++dof)
-    gradient[dof] = difference([&](double h) { return needle_energy(needle, nudged(state, dof, h)); }, step);
+    gradient[dof] = difference([&](double h) { return needle_energy(needle, nudged(state, dof, h)); }, difference_step);
   REQUIRE(forces.norm() > size);
   // h⁴ times the fifth derivative, largest at large rotations: 1e-12 × 1e3.
   CHECK((forces - gradient).norm() < 1e-9 * forces.norm() / std::min(size, 0.1));
@@ -110,7 +81,8 @@ TEST_CASE("the tangent is the derivative of the forces, its skew part half the m
   const int n = needle.dof_count();
   Eigen::MatrixXd derivative(n, n);
   for (int dof = 0; dof < n; ++dof)
-    derivative.col(dof) = difference([&](double h) { return needle_forces(needle, nudged(state, dof, h)); }, step);
+    derivative.col(dof) =
+        difference([&](double h) { return needle_forces(needle, nudged(state, dof, h)); }, difference_step);
 
   const Eigen::VectorXd forces = needle_forces(needle, state);
   Eigen::MatrixXd skew = Eigen::MatrixXd::Zero(n, n), exact = Eigen::MatrixXd::Zero(n, n);

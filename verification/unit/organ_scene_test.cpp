@@ -52,7 +52,8 @@ patch_radius = 0.03
 )";
 }
 
-const std::string moving = "[dynamics]\ntime_step = 0.05\nduration = 4\ndensity = 1000\nstiffness_damping = 0.01\n";
+const std::string moving_organ =
+    "[dynamics]\ntime_step = 0.05\nduration = 4\ndensity = 1000\nstiffness_damping = 0.01\n";
 
 }  // namespace
 
@@ -121,7 +122,7 @@ TEST_CASE("an organ breathes: its clamped patch goes where the waveform takes it
   const Scene scene = read(organ_scene(file) +
                            "displacement = [0.01, 0, 0.005]\nbreathing_period = 4\nbreathing_waveform = \"cos4\"\n"
                            "breathing_ramp = 1\n[[refine]]\nmin = [-1, -1, -1]\nmax = [0, 0, 0]\n" +
-                           moving);
+                           moving_organ);
   RefinementForest forest = start_forest(scene);
   REQUIRE(forest.leaf_count() > int(forest.base().cells.size()));
   const MotionProblem problem = motion_problem(scene);

@@ -18,14 +18,6 @@ using namespace finegauge;
 
 namespace {
 
-TissueProblem soft_problem(Kinematics kinematics = Kinematics::linear) {
-  TissueProblem problem;
-  problem.material.youngs_modulus = 1e4;
-  problem.material.poisson_ratio = 0.4;
-  problem.material.kinematics = kinematics;
-  return problem;
-}
-
 TissueMesh partly_filled(const RefinementForest& forest, const TissueProblem& problem, std::vector<double> shares) {
   Mesh mesh = forest.leaf_mesh();
   mesh.fraction = std::move(shares);

@@ -36,8 +36,8 @@ Material corotational() {
   return material;
 }
 
-const std::vector<SupportCondition> clamped = {{"x_min", {}, {}}};
-const std::vector<SurfaceLoad> sideways = {{"x_max", LoadKind::total_by_area, {0.5, 1.0, -2.0}}};
+const std::vector<SupportCondition> clamped_front = {{"x_min", {}, {}}};
+const std::vector<SurfaceLoad> sideways_total = {{"x_max", LoadKind::total_by_area, {0.5, 1.0, -2.0}}};
 
 /// All that is computed from a forest, down to the solution from a given start.
 struct Everything {
@@ -46,12 +46,12 @@ struct Everything {
   Eigen::Matrix3Xd loads, u;
 };
 Everything compute(const RefinementForest& forest, const Material& material, const Eigen::Matrix3Xd* start) {
-  Everything all{discretize(forest, material, clamped), {}, {}, {}};
+  Everything all{discretize(forest, material, clamped_front), {}, {}, {}};
   const Eigen::Matrix3Xd from = start ? *start : Eigen::Matrix3Xd::Zero(3, all.d.mesh.node_count());
   const auto A = assemble_stiffness(all.d, from);
   all.stiffness = Eigen::Map<const Eigen::VectorXd>(A.values.data(), static_cast<Eigen::Index>(A.values.size()));
-  all.loads = nodal_loads(forest.base(), all.d.mesh, sideways);
-  const MeshHierarchy hierarchy = build_hierarchy(forest, all.d, clamped, {20, 0.9});
+  all.loads = nodal_loads(forest.base(), all.d.mesh, sideways_total);
+  const MeshHierarchy hierarchy = build_hierarchy(forest, all.d, clamped_front, {20, 0.9});
   EquilibriumOptions options;
   options.newton_iterations = 3;  // far from converged: the bits along the way count
   options.method = LinearMethod::multigrid;

@@ -18,7 +18,7 @@ using namespace finegauge;
 namespace {
 
 /// A unit box of distorted, scrambled cells.
-BaseMesh scrambled_box(CellShape shape, std::mt19937& generator) {
+BaseMesh small_scrambled_box(CellShape shape, std::mt19937& generator) {
   BoxMeshOptions box;
   box.cells = shape == CellShape::hexahedron ? std::array{3, 2, 2} : std::array{1, 1, 2};
   box.shape = shape;
@@ -77,7 +77,7 @@ TEST_CASE("a region holds the nodes where no function of a base node outside of 
   const int seed = GENERATE(1, 2, 3);
   CAPTURE(int(shape), seed);
   std::mt19937 generator(seed);
-  BaseMesh base = scrambled_box(shape, generator);
+  BaseMesh base = small_scrambled_box(shape, generator);
   base.regions["held"] = mixed_region(base);
   RefinementForest forest(base);
   const std::vector<int>& region = base.regions.at("held");
@@ -104,7 +104,7 @@ TEST_CASE("every template in a held region leaves what is held and what is presc
           "[region][hanging][reversibility]") {
   const CellShape shape = GENERATE(CellShape::hexahedron, CellShape::tetrahedron);
   std::mt19937 generator(7);
-  BaseMesh base = scrambled_box(shape, generator);
+  BaseMesh base = small_scrambled_box(shape, generator);
   base.regions["held"] = mixed_region(base);
   RefinementForest forest(base);
   const int last = static_cast<int>(base.cells.size()) - 1;

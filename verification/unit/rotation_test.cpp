@@ -15,11 +15,12 @@ using namespace finegauge;
 namespace {
 
 /// A dozen operations on numbers of size one: a few times the unit round-off.
-constexpr double round_off = 1e-14;
+constexpr double rotation_round_off = 1e-14;
 
 void check_is_rotation(const Eigen::Matrix3d& R) {
-  CHECK_THAT((R.transpose() * R - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff(), WithinAbs(0.0, round_off));
-  CHECK_THAT(R.determinant(), WithinAbs(1.0, round_off));
+  CHECK_THAT((R.transpose() * R - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff(),
+             WithinAbs(0.0, rotation_round_off));
+  CHECK_THAT(R.determinant(), WithinAbs(1.0, rotation_round_off));
 }
 
 /// The definition: no other rotation, near or far, has a larger tr(Rᵀ F). Near ones lose only second order.
@@ -111,7 +112,7 @@ TEST_CASE("zero gives the identity, and size alone changes nothing", "[rotation]
     CAPTURE(size);
     const Eigen::Matrix3d R = nearest_rotation(size * turn);
     check_is_rotation(R);
-    CHECK_THAT((R - turn).cwiseAbs().maxCoeff(), WithinAbs(0.0, round_off));
+    CHECK_THAT((R - turn).cwiseAbs().maxCoeff(), WithinAbs(0.0, rotation_round_off));
   }
 }
 

@@ -5,23 +5,10 @@
 #include <random>
 
 #include "verification/support/catch.hpp"
+#include "verification/support/central_difference.hpp"
 #include "verification/support/sample_cells.hpp"
 
 using namespace finegauge;
-
-namespace {
-
-/// Central differences, extrapolated once (error h⁴).
-template <class Function>
-auto difference(const Function& f, double h) {
-  using Value = decltype(f(h));
-  const Value near = (f(h) - f(-h)) / (2.0 * h), far = (f(2.0 * h) - f(-2.0 * h)) / (4.0 * h);
-  return Value((4.0 * near - far) / 3.0);
-}
-
-constexpr double step = 1e-3;  // h⁴ = 1e-12 and round-off 1e-16 / h = 1e-13 of the value
-
-}  // namespace
 
 TEST_CASE("the logarithm of a rotation undoes the exponential, at every size below a half turn", "[needle][rotation]") {
   std::mt19937 generator(3);
@@ -47,9 +34,10 @@ TEST_CASE("the tangent of rotation vectors is the derivative of the logarithm, a
     Eigen::Matrix3d T, dT;
     for (int k = 0; k < 3; ++k) {
       const Eigen::Vector3d e = Eigen::Vector3d::Unit(k);
-      T.col(k) = difference([&](double h) { return rotation_vector(rotation_of(h * e) * R); }, step);
-      dT.col(k) = difference(
-          [&](double h) { return Eigen::Vector3d(inverse_rotation_tangent(Theta + h * e).transpose() * m); }, step);
+      T.col(k) = difference([&](double h) { return rotation_vector(rotation_of(h * e) * R); }, difference_step);
+      dT.col(k) =
+          difference([&](double h) { return Eigen::Vector3d(inverse_rotation_tangent(Theta + h * e).transpose() * m); },
+                     difference_step);
     }
     CHECK((T - inverse_rotation_tangent(Theta)).cwiseAbs().maxCoeff() < 1e-9);
     CHECK((dT - derivative_of_transposed_tangent(Theta, m)).cwiseAbs().maxCoeff() < 1e-9);

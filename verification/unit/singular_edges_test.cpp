@@ -11,7 +11,7 @@ using namespace finegauge;
 
 namespace {
 
-BaseMesh box(std::array<int, 3> cells, const std::optional<RemovedBlock>& removed = {}) {
+BaseMesh slab(std::array<int, 3> cells, const std::optional<RemovedBlock>& removed = {}) {
   BoxMeshOptions options;
   options.size = {static_cast<double>(cells[0]), static_cast<double>(cells[1]), static_cast<double>(cells[2])};
   options.cells = cells;
@@ -19,7 +19,7 @@ BaseMesh box(std::array<int, 3> cells, const std::optional<RemovedBlock>& remove
   return box_mesh(options);
 }
 
-SupportCondition clamped(const char* surface) { return {surface, std::nullopt, {}}; }
+SupportCondition clamped_at(const char* surface) { return {surface, std::nullopt, {}}; }
 SupportCondition roller(const char* surface, int axis) {
   return {surface, Eigen::Vector3d(Eigen::Vector3d::Unit(axis)), {}};
 }
@@ -36,7 +36,7 @@ std::vector<int> marks(const RefinementForest& forest, const std::vector<Support
 /// Of a box of 3 × 3 × 1 cells, by rows of y: the marks.
 std::vector<int> marks_of_plate(const std::vector<SupportCondition>& supports,
                                 const std::optional<RemovedBlock>& removed = {}) {
-  return marks(RefinementForest(box({3, 3, 1}, removed)), supports);
+  return marks(RefinementForest(slab({3, 3, 1}, removed)), supports);
 }
 
 }  // namespace
@@ -44,17 +44,17 @@ std::vector<int> marks_of_plate(const std::vector<SupportCondition>& supports,
 TEST_CASE("a free box has no singular edge, a box clamped on one face its rim", "[singular_edges]") {
   CHECK(marks_of_plate({}) == std::vector<int>(9, 0));
   // All faces of the cells at x = 0 meet free ones there, at z_min and z_max too.
-  CHECK(marks_of_plate({clamped("x_min")}) == std::vector<int>{1, 0, 0, 1, 0, 0, 1, 0, 0});
+  CHECK(marks_of_plate({clamped_at("x_min")}) == std::vector<int>{1, 0, 0, 1, 0, 0, 1, 0, 0});
   // Clamped all around there is no free face to meet.
-  CHECK(marks_of_plate({clamped("x_min"), clamped("x_max"), clamped("y_min"), clamped("y_max"), clamped("z_min"),
-                        clamped("z_max")}) == std::vector<int>(9, 0));
+  CHECK(marks_of_plate({clamped_at("x_min"), clamped_at("x_max"), clamped_at("y_min"), clamped_at("y_max"),
+                        clamped_at("z_min"), clamped_at("z_max")}) == std::vector<int>(9, 0));
 }
 
 TEST_CASE("rollers at right angles to free and to clamped faces are mirrors, not edges", "[singular_edges]") {
   const std::vector<SupportCondition> plane = {roller("z_min", 2), roller("z_max", 2)};
   CHECK(marks_of_plate(plane) == std::vector<int>(9, 0));
   std::vector<SupportCondition> held = plane;
-  held.push_back(clamped("x_min"));
+  held.push_back(clamped_at("x_min"));
   // The rim now is the two corners at which the clamped face meets the free y_min and y_max.
   CHECK(marks_of_plate(held) == std::vector<int>{1, 0, 0, 0, 0, 0, 1, 0, 0});
   // All directions held one by one are a clamp.
@@ -70,11 +70,11 @@ TEST_CASE("a notch counts three cells, an edge of a support within a face two", 
   // Cells (0,0) (1,0) | (0,1) (1,1) (2,1) | (0,2) (1,2) (2,2); the notch's edge is at x = 2, y = 1.
   CHECK(notch == std::vector<int>{0, 3, 0, 3, 3, 0, 0, 0});
 
-  BaseMesh mesh = box({4, 1, 1});
+  BaseMesh mesh = slab({4, 1, 1});
   for (const BaseFace& face : mesh.surfaces.at("y_min"))
     if (face.cell < 2) mesh.surfaces["left_half"].push_back(face);
   RefinementForest forest(mesh);
-  std::vector<SupportCondition> supports = {clamped("left_half"), roller("z_min", 2), roller("z_max", 2),
+  std::vector<SupportCondition> supports = {clamped_at("left_half"), roller("z_min", 2), roller("z_max", 2),
                                             roller("x_min", 0)};
   CHECK(marks(forest, supports) == std::vector<int>{0, 2, 2, 0});
   supports[0] = roller("left_half", 1);
@@ -86,11 +86,11 @@ TEST_CASE("a cell at a notch and at the rim of a clamped face counts as at the r
   // 0.
   const RemovedBlock removed{{1, 0, 0}, {3, 1, 1}};
   CHECK(marks_of_plate({}, removed) == std::vector<int>{3, 3, 3, 0, 0, 0, 0});
-  CHECK(marks_of_plate({clamped("x_min")}, removed) == std::vector<int>{1, 1, 3, 0, 1, 0, 0});
+  CHECK(marks_of_plate({clamped_at("x_min")}, removed) == std::vector<int>{1, 1, 3, 0, 1, 0, 0});
 }
 
 TEST_CASE("of refined cells only those that touch the edge are marked", "[singular_edges]") {
-  RefinementForest forest(box({3, 3, 1}, RemovedBlock{{2, 0, 0}, {3, 1, 1}}));
+  RefinementForest forest(slab({3, 3, 1}, RemovedBlock{{2, 0, 0}, {3, 1, 1}}));
   forest.refine(3, {{2, 2, 2}});  // the cell opposite to the notch
   const Mesh mesh = forest.leaf_mesh();
   const std::vector<int> found = marks(forest, {});
@@ -221,7 +221,7 @@ TEST_CASE("the rim of a clamped face in tetrahedra has the corner's exponent whe
   const RefinementForest forest(box_mesh(options));
   const Mesh mesh = forest.leaf_mesh();
   const std::vector<SingularEdge> found = singular_edges_of_cells(
-      forest.base(), forest.topology(), mesh, {clamped("z_min"), roller("x_min", 0), roller("y_max", 1)}, 0.3);
+      forest.base(), forest.topology(), mesh, {clamped_at("z_min"), roller("x_min", 0), roller("y_max", 1)}, 0.3);
   for (int cell = 0; cell < mesh.cell_count(); ++cell) {
     int on_x = 0, on_y = 0;  // of the two rims that meet in a corner
     for (int corner = 0; corner < 4; ++corner) {

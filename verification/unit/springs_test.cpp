@@ -16,17 +16,6 @@ using namespace finegauge;
 
 namespace {
 
-TissueProblem soft_problem(Kinematics kinematics = Kinematics::linear) {
-  TissueProblem problem;
-  problem.material.youngs_modulus = 1e4;
-  problem.material.poisson_ratio = 0.4;
-  problem.material.kinematics = kinematics;
-  return problem;
-}
-
-/// Starts at rest.
-double swing(double t) { return 0.5 * (1.0 - std::cos(20.0 * t)); }
-
 Eigen::Vector3d bent(const Eigen::Vector3d& X) { return {0.03, 0.02 * X.y(), 0.01 - 0.01 * X.x()}; }
 
 /// Springs at random points of random leaves, two in three of them on faces, edges or corners.

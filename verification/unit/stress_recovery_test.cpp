@@ -17,7 +17,7 @@ namespace {
 
 using StressField = std::function<Voigt(const Eigen::Vector3d&)>;
 
-struct Case {
+struct RecoveryCase {
   std::array<int, 3> cells = {4, 4, 4};
   CellShape shape = CellShape::hexahedron;
   Eigen::Vector3d size = Eigen::Vector3d::Ones();
@@ -26,7 +26,7 @@ struct Case {
   std::vector<RefinementTemplate> refinements = {};  ///< each refines the leaf in the middle of the mesh's list, twice
 };
 
-Discretization discretization_of(const Case& c) {
+Discretization discretization_of(const RecoveryCase& c) {
   BoxMeshOptions options;
   options.size = c.size;
   options.cells = c.cells;
@@ -75,7 +75,7 @@ double recovery_error(const Discretization& d, const StressField& field) {
   return error / scale;
 }
 
-StressField linear_field(const Eigen::Vector3d& size) {
+StressField linear_stress_field(const Eigen::Vector3d& size) {
   Eigen::Matrix<double, 6, 3> slopes;
   slopes << 1, 2, 3, -1, 4, 1, 2, -2, 5, 3, 1, -1, 0.5, 2, 1, -3, 1, 2;
   const Eigen::Matrix<double, 6, 3> scaled = slopes * size.cwiseInverse().asDiagonal();
@@ -83,7 +83,7 @@ StressField linear_field(const Eigen::Vector3d& size) {
 }
 
 /// All eight terms in the coordinates of the box before it was turned.
-StressField trilinear_field(const Case& c) {
+StressField trilinear_field(const RecoveryCase& c) {
   return [c](const Eigen::Vector3d& X) -> Voigt {
     const Eigen::Vector3d x = (c.turned.transpose() * X).cwiseQuotient(c.size);
     Voigt sigma;
@@ -100,35 +100,36 @@ Eigen::Matrix3d some_turn() {
 
 // Fits are exact up to round-off times the square root of the largest condition allowed, and boundary nodes
 // extrapolate by a few cells.
-constexpr double round_off = 1e-11;
+constexpr double recovery_round_off = 1e-11;
 
 }  // namespace
 
 TEST_CASE("a linear stress is recovered exactly at every node", "[recovery]") {
-  const Case c = GENERATE(
-      Case{}, Case{.perturbation = 0.25}, Case{.size = {1.0, 100.0, 10.0}},
-      Case{.size = {100.0, 1.0, 10.0}, .turned = some_turn()},
-      Case{.cells = {3, 3, 3}, .shape = CellShape::tetrahedron},
-      Case{.cells = {3, 4, 2}, .shape = CellShape::tetrahedron, .perturbation = 0.1, .refinements = {{{2, 2, 2}}}},
-      Case{.refinements = {{{2, 2, 2}}, {{2, 2, 2}}}},
-      Case{.perturbation = 0.1, .refinements = {{{3, 3, 3}}, {{2, 3, 3}}, {{2, 2, 1}}}},
-      Case{.size = {1.0, 50.0, 1.0}, .refinements = {{{2, 2, 2}}, {{4, 1, 1}}}}, Case{.cells = {2, 2, 1}},
-      Case{.cells = {2, 2, 2}});
+  const RecoveryCase c = GENERATE(
+      RecoveryCase{}, RecoveryCase{.perturbation = 0.25}, RecoveryCase{.size = {1.0, 100.0, 10.0}},
+      RecoveryCase{.size = {100.0, 1.0, 10.0}, .turned = some_turn()},
+      RecoveryCase{.cells = {3, 3, 3}, .shape = CellShape::tetrahedron},
+      RecoveryCase{
+          .cells = {3, 4, 2}, .shape = CellShape::tetrahedron, .perturbation = 0.1, .refinements = {{{2, 2, 2}}}},
+      RecoveryCase{.refinements = {{{2, 2, 2}}, {{2, 2, 2}}}},
+      RecoveryCase{.perturbation = 0.1, .refinements = {{{3, 3, 3}}, {{2, 3, 3}}, {{2, 2, 1}}}},
+      RecoveryCase{.size = {1.0, 50.0, 1.0}, .refinements = {{{2, 2, 2}}, {{4, 1, 1}}}},
+      RecoveryCase{.cells = {2, 2, 1}}, RecoveryCase{.cells = {2, 2, 2}});
   const Discretization d = discretization_of(c);
   CAPTURE(c.cells, c.perturbation, c.refinements.size(), d.hanging.hanging_count());
   if (!c.refinements.empty()) REQUIRE(d.hanging.hanging_count() > 0);
   if (c.cells == std::array{2, 2, 1}) {
     // One layer has no inner node, and its centres lie in a plane: the mean of a patch is all that they determine.
-    CHECK(recovery_error(d, linear_field(c.size)) > 0.01);
-    CHECK(recovery_error(d, [](const Eigen::Vector3d&) -> Voigt { return Voigt::Constant(2.0); }) < round_off);
+    CHECK(recovery_error(d, linear_stress_field(c.size)) > 0.01);
+    CHECK(recovery_error(d, [](const Eigen::Vector3d&) -> Voigt { return Voigt::Constant(2.0); }) < recovery_round_off);
   } else {
-    CHECK(recovery_error(d, linear_field(c.size)) < round_off);
+    CHECK(recovery_error(d, linear_stress_field(c.size)) < recovery_round_off);
   }
 }
 
 TEST_CASE("the stress of a quadratic displacement is recovered exactly on boxes", "[recovery]") {
   // At the centre of a box the gradient of the trilinear interpolant of a quadratic function is exact.
-  const Case c = GENERATE(Case{}, Case{.size = {1.0, 3.0, 20.0}});
+  const RecoveryCase c = GENERATE(RecoveryCase{}, RecoveryCase{.size = {1.0, 3.0, 20.0}});
   const Discretization d = discretization_of(c);
   Eigen::Matrix3Xd u(3, d.mesh.node_count());
   for (int node = 0; node < d.mesh.node_count(); ++node) {
@@ -149,12 +150,13 @@ TEST_CASE("the stress of a quadratic displacement is recovered exactly on boxes"
     exact << sigma(0, 0), sigma(1, 1), sigma(2, 2), sigma(0, 1), sigma(1, 2), sigma(2, 0);
     error = std::max(error, (recovered.col(node) - exact).cwiseAbs().maxCoeff());
   }
-  CHECK(error / recovered.cwiseAbs().maxCoeff() < round_off);
+  CHECK(error / recovered.cwiseAbs().maxCoeff() < recovery_round_off);
 }
 
 TEST_CASE("all eight terms are recovered on a regular lattice, however turned and stretched", "[recovery]") {
-  const Case c = GENERATE(Case{}, Case{.size = {1.0, 100.0, 10.0}}, Case{.turned = some_turn()},
-                          Case{.size = {1.0, 100.0, 10.0}, .turned = some_turn()});
+  const RecoveryCase c =
+      GENERATE(RecoveryCase{}, RecoveryCase{.size = {1.0, 100.0, 10.0}}, RecoveryCase{.turned = some_turn()},
+               RecoveryCase{.size = {1.0, 100.0, 10.0}, .turned = some_turn()});
   CHECK(recovery_error(discretization_of(c), trilinear_field(c)) < 1e-10);
 }
 
@@ -194,7 +196,7 @@ TEST_CASE("a patch that does not determine eight terms drops to four and then to
     for (int k = 0; k < 8; ++k)
       centres.col(k) = turn * Eigen::Vector3d(k & 1 ? 1 : -1, k & 2 ? 1 : -1, k & 4 ? thickness : -thickness);
     VoigtColumns values(6, 8);
-    const StressField field = linear_field(Eigen::Vector3d::Ones());
+    const StressField field = linear_stress_field(Eigen::Vector3d::Ones());
     for (int k = 0; k < 8; ++k) values.col(k) = field(centres.col(k));
     const std::array<int, 8> cells = {0, 1, 2, 3, 4, 5, 6, 7};
     const PatchPolynomial p = fit_patch(cells, centres, values, Eigen::Matrix3d::Identity(), PatchBasis::trilinear);
@@ -211,7 +213,8 @@ TEST_CASE("a patch that does not determine eight terms drops to four and then to
 }
 
 TEST_CASE("a boundary node takes the mean of the polynomials of the inner nodes beside it", "[recovery]") {
-  const Case c = GENERATE(Case{.perturbation = 0.2}, Case{.perturbation = 0.2, .refinements = {{{2, 2, 2}}}});
+  const RecoveryCase c =
+      GENERATE(RecoveryCase{.perturbation = 0.2}, RecoveryCase{.perturbation = 0.2, .refinements = {{{2, 2, 2}}}});
   const Discretization d = discretization_of(c);
   std::mt19937 generator(9);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
@@ -346,7 +349,7 @@ TEST_CASE("a polynomial is not evaluated further than one layer of cells past it
   // The middle of the first base cell is the one inner node of the body. Its eight-term polynomial, exact on its eight
   // cells, belongs to the nodes that share one of them and to those at x = 4/3: behind one cell more, and nearer than
   // the width of the patch. Those behind have their own cells.
-  const StressField field = trilinear_field(Case{});
+  const StressField field = trilinear_field(RecoveryCase{});
   const Voigt beyond = Voigt::Constant(1e3);
   const CellStresses stresses =
       centre_stresses(d.mesh, [&](const Eigen::Vector3d& X) -> Voigt { return X.x() < 1.0 ? field(X) : beyond; });

@@ -19,10 +19,10 @@ namespace {
 const std::string closed = "; allowed a closed surface, two triangles at every edge";
 
 /// 32 triangles with corners such as (1, 0, 0) and (0.707106769, 0.707106769, 0), which single precision rounds.
-TriangleSurface sphere() { return octasphere(1, 1.0, {0, 0, 0}); }
+TriangleSurface rounded_sphere() { return octasphere(1, 1.0, {0, 0, 0}); }
 
 /// The message after the name; "accepted" where there is none.
-std::string refusal(const TriangleSurface& surface) {
+std::string surface_refusal(const TriangleSurface& surface) {
   try {
     (void)check_surface(surface, "organ.stl");
   } catch (const SceneError& error) {
@@ -131,7 +131,7 @@ TEST_CASE("a sound surface passes unchanged and without a note", "[surface][chec
 }
 
 TEST_CASE("repairs leave the surface in space as it is and say what they did", "[surface][check]") {
-  const TriangleSurface sound = sphere();
+  const TriangleSurface sound = rounded_sphere();
   const double volume = enclosed_volume(sound);
   using Notes = std::vector<std::string>;
 
@@ -226,12 +226,12 @@ TEST_CASE("separate shells are bodies, or cavities where they are turned", "[sur
     CHECK(enclosed_volume(checked.surface) == Approx(hollow));
   }
   SECTION("a shell in another of the same orientation says nothing") {
-    const std::string found = refusal(together(big, small));
+    const std::string found = surface_refusal(together(big, small));
     CHECK(found.rfind("found a shell inside 1 other that is turned as the one around it, with triangle 128 near (",
                       0) == 0);
   }
   SECTION("two bodies that touch at a vertex") {
-    TriangleSurface touching = together(sphere(), sphere());
+    TriangleSurface touching = together(rounded_sphere(), rounded_sphere());
     touching.vertices.rightCols(18).row(0).array() += 2.0;
     const CheckedSurface checked = check_surface(touching, "");
     CHECK(checked.notes == Notes{"merged 1 vertex that equals another exactly, at (1, 0, 0)",
@@ -241,14 +241,14 @@ TEST_CASE("separate shells are bodies, or cavities where they are turned", "[sur
 }
 
 TEST_CASE("a surface that bounds no volume is refused with what and where", "[surface][check][refusal]") {
-  const TriangleSurface sound = sphere();
+  const TriangleSurface sound = rounded_sphere();
   TriangleSurface given = sound;
 
   SECTION("a triangle is missing") {
     REQUIRE(sound.triangles[0] == std::array{0, 1, 2});
     given.triangles.erase(given.triangles.begin());
     CHECK(
-        refusal(given) ==
+        surface_refusal(given) ==
         "found 3 open edges of one triangle: from (1, 0, 0) to (0.707106769, 0.707106769, 0) of triangle 16; from (1, "
         "0, 0) to (0.707106769, 0, 0.707106769) of triangle 12; from (0.707106769, 0.707106769, 0) to (0.707106769, 0, "
         "0.707106769) of triangle 2" +
@@ -257,7 +257,7 @@ TEST_CASE("a surface that bounds no volume is refused with what and where", "[su
   SECTION("a triangle is turned") {
     std::swap(given.triangles[0][1], given.triangles[0][2]);
     CHECK(
-        refusal(given) ==
+        surface_refusal(given) ==
         "found 3 edges whose two triangles run through it in the same direction (inconsistent orientation): from (1, "
         "0, "
         "0) to (0.707106769, 0.707106769, 0) of triangles 0 and 17; from (1, 0, 0) to (0.707106769, 0, 0.707106769) of "
@@ -267,21 +267,21 @@ TEST_CASE("a surface that bounds no volume is refused with what and where", "[su
   SECTION("a triangle stands twice, once turned") {
     given.triangles.push_back({sound.triangles[5][1], sound.triangles[5][0], sound.triangles[5][2]});
     const auto place = [&](std::size_t k) { return point_words(sound.vertices.col(sound.triangles[5][k])); };
-    CHECK(refusal(given) == "found 1 triangle that repeats another: 5 and 32 at " + place(0) + ", " + place(1) + ", " +
-                                place(2) + "; allowed each once");
+    CHECK(surface_refusal(given) == "found 1 triangle that repeats another: 5 and 32 at " + place(0) + ", " + place(1) +
+                                        ", " + place(2) + "; allowed each once");
   }
   SECTION("a wall stands inside") {
     const int a = vertex_at(sound, {1, 0, 0}), b = vertex_at(sound, {0, 1, 0}), c = vertex_at(sound, {0, 0, 1});
     const int ab = vertex_at(sound, {std::sqrt(0.5), std::sqrt(0.5), 0});
     given.triangles.insert(given.triangles.end(), {{a, ab, c}, {ab, b, c}});
     CHECK(
-        refusal(given) ==
+        surface_refusal(given) ==
         "found 2 edges of three or more triangles (not a manifold): from (1, 0, 0) to (0.707106769, 0.707106769, 0) of "
         "triangles 0, 17, 32; from (0.707106769, 0.707106769, 0) to (0, 1, 0) of triangles 1, 16, 33" +
             closed);
   }
   SECTION("two spheres cross") {
-    const std::string found = refusal(together(sound, octasphere(1, 1.0, {1.3, 0.1, 0.2})));
+    const std::string found = surface_refusal(together(sound, octasphere(1, 1.0, {1.3, 0.1, 0.2})));
     CAPTURE(found);
     CHECK(
         found.rfind("found 20 pairs of triangles that intersect (self-intersection): 1 near (0.235702256, 0.804737846, "
@@ -290,7 +290,7 @@ TEST_CASE("a surface that bounds no volume is refused with what and where", "[su
   }
   SECTION("a vertex is moved through the opposite side") {
     given.vertices.col(vertex_at(sound, {1, 0, 0})).x() = -1.5;
-    const std::string found = refusal(given);
+    const std::string found = surface_refusal(given);
     CAPTURE(found);
     CHECK(found.find("pairs of triangles that intersect (self-intersection): 0 near (") != std::string::npos);
   }
@@ -301,9 +301,9 @@ TEST_CASE("a surface that bounds no volume is refused with what and where", "[su
     folded.vertices.col(9) = Eigen::Vector3d(0.75, 0.5, 0.0);
     folded.triangles.erase(folded.triangles.begin(), folded.triangles.begin() + 2);
     folded.triangles.insert(folded.triangles.end(), {{0, 2, 8}, {2, 3, 8}, {1, 0, 8}, {3, 1, 9}, {1, 8, 9}, {8, 3, 9}});
-    CHECK(refusal(folded) == "accepted");
+    CHECK(surface_refusal(folded) == "accepted");
     folded.vertices(0, 9) = 0.25;  // across vertex 8: pairs that share an edge, a vertex or nothing
-    const std::string found = refusal(folded);
+    const std::string found = surface_refusal(folded);
     CAPTURE(found);
     CHECK(found.rfind(
               "found 9 pairs of triangles that intersect (self-intersection): 10 near (0.166666667, 0.5, 0) and 13 ",
@@ -311,15 +311,16 @@ TEST_CASE("a surface that bounds no volume is refused with what and where", "[su
   }
   SECTION("a vertex is not a number") {
     given.vertices(1, 4) = std::numeric_limits<double>::quiet_NaN();
-    CHECK(refusal(given) == "found vertex 4 at (0, nan, 0.707106769), allowed finite coordinates");
+    CHECK(surface_refusal(given) == "found vertex 4 at (0, nan, 0.707106769), allowed finite coordinates");
   }
   SECTION("there is next to nothing") {
     given.vertices *= 1e-200;
-    CHECK(refusal(given).rfind("found coordinates up to 1e-200 over a diagonal of ", 0) == 0);
-    CHECK(refusal(TriangleSurface{Eigen::Matrix3Xd(3, 0), {}}) == "found no triangle, allowed a closed surface");
+    CHECK(surface_refusal(given).rfind("found coordinates up to 1e-200 over a diagonal of ", 0) == 0);
+    CHECK(surface_refusal(TriangleSurface{Eigen::Matrix3Xd(3, 0), {}}) ==
+          "found no triangle, allowed a closed surface");
     const int only = 0;
     given.triangles = {{only, only, only}};
-    CHECK(refusal(given).find("allowed") != std::string::npos);
+    CHECK(surface_refusal(given).find("allowed") != std::string::npos);
   }
   SECTION("a triangle without area has no neighbour at its long side") {
     given.vertices.conservativeResize(Eigen::NoChange, 20);
@@ -327,7 +328,7 @@ TEST_CASE("a surface that bounds no volume is refused with what and where", "[su
     given.vertices.col(19) = Eigen::Vector3d(3, 0, 0);
     given.triangles.push_back({vertex_at(sound, {1, 0, 0}), 19, 18});
     CHECK(
-        refusal(given) ==
+        surface_refusal(given) ==
         "found 1 triangle of no area whose vertices differ, at whose long side there is no single neighbour to split: "
         "32 near (2, 0, 0); allowed triangles with an area");
   }
@@ -335,7 +336,7 @@ TEST_CASE("a surface that bounds no volume is refused with what and where", "[su
 
 TEST_CASE("vertices written more than once are merged when equal and called slits when nearly so",
           "[surface][check][refusal]") {
-  TriangleSurface given = sphere();
+  TriangleSurface given = rounded_sphere();
   const int vertex = given.triangles[0][1];
   given.vertices.conservativeResize(Eigen::NoChange, 19);
   given.vertices.col(18) = given.vertices.col(vertex);
@@ -344,7 +345,7 @@ TEST_CASE("vertices written more than once are merged when equal and called slit
         std::vector<std::string>{"merged 1 vertex that equals another exactly, at (0.707106769, 0.707106769, 0)"});
 
   given.vertices(2, 18) += 1e-7;
-  const std::string slits = refusal(given);
+  const std::string slits = surface_refusal(given);
   CAPTURE(slits);
   CHECK(slits.rfind("found 4 open edges of one triangle: ", 0) == 0);
   CHECK(slits.find("; 4 of them are slits: their ends coincide with those of another open edge within 1e-6 of the "
@@ -352,13 +353,13 @@ TEST_CASE("vertices written more than once are merged when equal and called slit
                    "(0.707106769, 0.707106769, 1e-07): vertices written more than once") != std::string::npos);
 
   given.vertices(2, 18) += 1e-3;
-  const std::string gap = refusal(given);
+  const std::string gap = surface_refusal(given);
   CHECK(gap.rfind("found 4 open edges of one triangle: ", 0) == 0);
   CHECK(gap.find("slits") == std::string::npos);
 }
 
 TEST_CASE("a slit is found whichever way its vertices are apart, up to 1e-6 of the diagonal", "[surface][check]") {
-  const TriangleSurface sound = sphere();
+  const TriangleSurface sound = rounded_sphere();
   const double diagonal = 2.0 * std::sqrt(3.0);
   for (int way = 0; way < 27; ++way) {
     const Eigen::Vector3d apart = Eigen::Vector3i(way % 3 - 1, way / 3 % 3 - 1, way / 9 - 1).cast<double>();
@@ -368,7 +369,7 @@ TEST_CASE("a slit is found whichever way its vertices are apart, up to 1e-6 of t
       given.vertices.conservativeResize(Eigen::NoChange, 19);
       given.vertices.col(18) = sound.vertices.col(sound.triangles[0][1]) + share * diagonal * apart.normalized();
       given.triangles[0][1] = 18;
-      const std::string found = refusal(given);
+      const std::string found = surface_refusal(given);
       CAPTURE(apart.transpose(), share, found);
       CHECK(found.rfind("found 4 open edges", 0) == 0);
       CHECK((found.find("; 4 of them are slits") != std::string::npos) == (share < 1e-6));
@@ -400,11 +401,11 @@ TEST_CASE("a surface winds once around what it encloses, close to it as well", "
 TEST_CASE("a broken surface scaled by a power of two is refused in the same words", "[surface][check]") {
   TriangleSurface crossing = together(octasphere(2, 1.0, {0, 0, 0}), octasphere(2, 1.0, {1.3, 0.1, 0.2}));
   const auto until_place = [](const std::string& words) { return words.substr(0, words.find(" near ")); };
-  const std::string found = refusal(crossing);
+  const std::string found = surface_refusal(crossing);
   REQUIRE(found != "accepted");
   for (const double scale : {0x1p-30, 0x1p30}) {
     TriangleSurface scaled = crossing;
     scaled.vertices *= scale;
-    CHECK(until_place(refusal(scaled)) == until_place(found));
+    CHECK(until_place(surface_refusal(scaled)) == until_place(found));
   }
 }

@@ -28,13 +28,13 @@ Eigen::Vector3d on_face(const std::array<Eigen::Vector3d, 4>& p, double s, doubl
 
 /// Brute force: the surface as m × m × 2 triangles a face, all crossings of the segment, ascending by fraction. The
 /// sign of a crossing is that of the way in.
-struct Crossing {
+struct FaceCrossing {
   double fraction;
   double steepness;  ///< sine of the angle between segment and surface, > 0 where it enters
 };
-std::vector<Crossing> crossings(const DeformedBody& body, const Eigen::Vector3d& from, const Eigen::Vector3d& to,
-                                int m) {
-  std::vector<Crossing> found;
+std::vector<FaceCrossing> crossings(const DeformedBody& body, const Eigen::Vector3d& from, const Eigen::Vector3d& to,
+                                    int m) {
+  std::vector<FaceCrossing> found;
   const Eigen::Vector3d d = to - from;
   for (const BoundaryFace& face : body.mesh.boundary) {
     const auto p = face_corners_now(body, face);
@@ -44,7 +44,8 @@ std::vector<Crossing> crossings(const DeformedBody& body, const Eigen::Vector3d&
     for (int k = 0; k < triangles; ++k) {
       std::array<Eigen::Vector3d, 3> corner = {p[0], p[1], p[2]};
       if (triangles > 1) {
-        const double h = 1.0 / m, s = k / 2 % m * h, t = k / 2 / m * h;
+        const int column = k / 2 % m, row = k / 2 / m;
+        const double h = 1.0 / m, s = column * h, t = row * h;
         if (k % 2)
           corner = {on_face(p, s + h, t + h), on_face(p, s, t + h), on_face(p, s + h, t)};
         else
@@ -59,7 +60,8 @@ std::vector<Crossing> crossings(const DeformedBody& body, const Eigen::Vector3d&
       found.push_back({at[2], normal.dot(d.normalized())});
     }
   }
-  std::sort(found.begin(), found.end(), [](const Crossing& a, const Crossing& b) { return a.fraction < b.fraction; });
+  std::sort(found.begin(), found.end(),
+            [](const FaceCrossing& a, const FaceCrossing& b) { return a.fraction < b.fraction; });
   return found;
 }
 
@@ -81,11 +83,11 @@ TEST_CASE("a segment enters the deformed body where a fine triangulation says so
     const auto all = crossings(body, from, to, 12);
     // Leave out what the triangles cannot decide: grazing, ends on the surface.
     bool clear = true;
-    for (const Crossing& crossing : all)
+    for (const FaceCrossing& crossing : all)
       clear = clear && std::abs(crossing.steepness) > 0.1 && std::abs(crossing.fraction - 0.5) < 0.49;
     if (!clear) continue;
     const auto hit = first_entry(body.mesh, body.u, from, to);
-    const auto first = std::find_if(all.begin(), all.end(), [](const Crossing& c) { return c.steepness > 0.0; });
+    const auto first = std::find_if(all.begin(), all.end(), [](const FaceCrossing& c) { return c.steepness > 0.0; });
     CHECK(hit.has_value() == (first != all.end()));
     missed += !hit;
     if (!hit || first == all.end()) continue;

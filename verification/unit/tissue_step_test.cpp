@@ -14,16 +14,6 @@ using namespace finegauge;
 
 namespace {
 
-/// A hanging mesh of a soft body; supports and the rest are up to the test.
-TissueProblem soft_problem(Kinematics kinematics = Kinematics::linear) {
-  TissueProblem problem;
-  problem.material.youngs_modulus = 1e4;
-  problem.material.poisson_ratio = 0.4;
-  problem.material.kinematics = kinematics;
-  problem.density = 1000.0;
-  return problem;
-}
-
 SupportCondition held(const std::string& surface) { return {surface, std::nullopt, {}}; }
 
 TissueState random_state(const TissueMesh& mesh, double displacement, double speed, std::mt19937& generator) {
@@ -60,9 +50,6 @@ Eigen::VectorXd dense_step(const TissueMesh& mesh, const TissueProblem& problem,
   dv(free) = solution;
   return dv;
 }
-
-/// f(t) = 1 - cos: starts at rest.
-double swing(double t) { return 0.5 * (1.0 - std::cos(20.0 * t)); }
 
 }  // namespace
 

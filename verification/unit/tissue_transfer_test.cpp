@@ -14,7 +14,7 @@ using namespace finegauge;
 
 namespace {
 
-TissueProblem soft_problem() {
+TissueProblem soft_corotational() {
   TissueProblem problem;
   problem.material.youngs_modulus = 1e4;
   problem.material.kinematics = Kinematics::corotational;
@@ -90,11 +90,11 @@ TEST_CASE("refinement keeps displacement and velocity at every point, and the mo
   RandomBody body;
   body.shape = shape;
   RefinementForest forest = random_body(body, generator);
-  const TissueMesh before = build_tissue_mesh(forest, soft_problem());
+  const TissueMesh before = build_tissue_mesh(forest, soft_corotational());
   REQUIRE(before.d.hanging.hanging_count() > 0);
   const TissueState state = random_state(before, generator);
   refine_some(forest, generator);
-  const TissueMesh after = build_tissue_mesh(forest, soft_problem());
+  const TissueMesh after = build_tissue_mesh(forest, soft_corotational());
   REQUIRE(after.d.mesh.cell_count() > before.d.mesh.cell_count());
   TransferLedger ledger;
   const TissueState fine = transfer_state(before, state, after, &ledger);
@@ -121,7 +121,7 @@ TEST_CASE("coarsening keeps momentum, adds no kinetic energy and changes nothing
   body.max_depth = 1;
   RefinementForest forest = random_body(body, generator);
   refine_some(forest, generator);  // neighbours too: of a refined cell by itself all new nodes may hang
-  const TissueMesh before = build_tissue_mesh(forest, soft_problem());
+  const TissueMesh before = build_tissue_mesh(forest, soft_corotational());
   const TissueState state = random_state(before, generator);
   int coarsened = 0;
   for (const int family : families(forest))
@@ -129,7 +129,7 @@ TEST_CASE("coarsening keeps momentum, adds no kinetic energy and changes nothing
       forest.coarsen(family);
       ++coarsened;
     }
-  const TissueMesh after = build_tissue_mesh(forest, soft_problem());
+  const TissueMesh after = build_tissue_mesh(forest, soft_corotational());
   REQUIRE(after.d.hanging.reduced_count() < before.d.hanging.reduced_count());
   TransferLedger ledger;
   const TissueState coarse = transfer_state(before, state, after, &ledger);
@@ -168,11 +168,11 @@ TEST_CASE("coarsening keeps momentum, adds no kinetic energy and changes nothing
 TEST_CASE("coarsening is the adjoint interpolation: M_c v_c = Pᵀ M_f v_f", "[transfer][tissue]") {
   std::mt19937 generator(21);
   RefinementForest forest = random_body({}, generator);
-  const TissueMesh fine = build_tissue_mesh(forest, soft_problem());
+  const TissueMesh fine = build_tissue_mesh(forest, soft_corotational());
   const TissueState state = random_state(fine, generator);
   const std::vector<int> all = families(forest);
   for (const int family : all) forest.coarsen(family);
-  const TissueMesh coarse = build_tissue_mesh(forest, soft_problem());
+  const TissueMesh coarse = build_tissue_mesh(forest, soft_corotational());
   const TissueState result = transfer_state(fine, state, coarse, nullptr);
   const Eigen::VectorXd v = gather(fine.d.hanging, state.v);
   double largest = 0.0;
@@ -198,12 +198,12 @@ TEST_CASE("there and back: displacement is itself again, uniform motion too, vel
   RandomBody body;
   body.shape = shape;
   RefinementForest forest = random_body(body, generator);
-  const TissueMesh before = build_tissue_mesh(forest, soft_problem());
+  const TissueMesh before = build_tissue_mesh(forest, soft_corotational());
   TissueState state = random_state(before, generator);
   const std::vector<int> refined = refine_some(forest, generator);
-  const TissueMesh fine = build_tissue_mesh(forest, soft_problem());
+  const TissueMesh fine = build_tissue_mesh(forest, soft_corotational());
   for (const int leaf : refined) forest.coarsen(leaf);
-  const TissueMesh after = build_tissue_mesh(forest, soft_problem());
+  const TissueMesh after = build_tissue_mesh(forest, soft_corotational());
   TransferLedger there, back;
   const TissueState up = transfer_state(before, state, fine, &there);
   const TissueState down = transfer_state(fine, up, after, &back);
@@ -220,7 +220,7 @@ TEST_CASE("there and back: displacement is itself again, uniform motion too, vel
 TEST_CASE("held directions keep their velocity and the supports take the rest of the momentum", "[transfer][tissue]") {
   std::mt19937 generator(31);
   RefinementForest forest = random_body({}, generator);
-  TissueProblem problem = soft_problem();
+  TissueProblem problem = soft_corotational();
   const Eigen::Vector3d n = Eigen::Vector3d(1.0, 0.4, 0.2).normalized(), speed(0.4, -0.2, 0.1);
   const auto field = [&](const Eigen::Vector3d&) { return speed; };
   problem.supports = {{"x_min", n, field, [](double t) { return t; }},
@@ -259,7 +259,7 @@ TEST_CASE("refined here and coarsened there in one change: momentum stays, no no
   if (all_kinds) body.templates = all_templates();
   RefinementForest forest = random_body(body, generator);
   refine_some(forest, generator, all_kinds);
-  const TissueMesh before = build_tissue_mesh(forest, soft_problem());
+  const TissueMesh before = build_tissue_mesh(forest, soft_corotational());
   const TissueState state = random_state(before, generator);
   std::vector<int> fresh;
   int coarsened = 0;
@@ -276,7 +276,7 @@ TEST_CASE("refined here and coarsened there in one change: momentum stays, no no
       ++refined;
     }
   REQUIRE(refined > 0);
-  const TissueMesh after = build_tissue_mesh(forest, soft_problem());
+  const TissueMesh after = build_tissue_mesh(forest, soft_corotational());
   TransferLedger ledger;
   const TissueState result = transfer_state(before, state, after, &ledger);
   CHECK(ledger.momentum_change <= 1e-14);
@@ -298,10 +298,10 @@ TEST_CASE("where masses are not the old ones, refinement and coarsening keep mom
       parse_history("refine 2 1x1x4\nrefine 2/3 4x3x1\nrefine 2/3/5 2x2x1\nrefine 2/2 4x4x4\nrefine 2/3/6 3x2x2");
   RefinementForest forest(box_mesh(options));
   std::mt19937 generator(11);
-  std::vector<TissueMesh> meshes = {build_tissue_mesh(forest, soft_problem())};
+  std::vector<TissueMesh> meshes = {build_tissue_mesh(forest, soft_corotational())};
   for (const ForestOperation& operation : history) {
     REQUIRE(perform(operation, forest));
-    meshes.push_back(build_tissue_mesh(forest, soft_problem()));
+    meshes.push_back(build_tissue_mesh(forest, soft_corotational()));
   }
   // As lumping by scaling does to cells whose row sums turn negative, which is too rare to wait for: a share of a
   // node's mass goes to a neighbour. In every other mesh, the one refined from or the one coarsened to.
@@ -349,7 +349,7 @@ TEST_CASE("where masses are not the old ones, refinement and coarsening keep mom
 
 TEST_CASE("on the same mesh a state is itself", "[transfer][tissue]") {
   std::mt19937 generator(9);
-  const TissueMesh mesh = build_tissue_mesh(random_body({}, generator), soft_problem());
+  const TissueMesh mesh = build_tissue_mesh(random_body({}, generator), soft_corotational());
   const TissueState state = random_state(mesh, generator);
   TransferLedger ledger;
   const TissueState same = transfer_state(mesh, state, mesh, &ledger);

@@ -11,7 +11,7 @@ using namespace finegauge;
 using Eigen::Vector3d;
 
 namespace {
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 }
 
 TEST_CASE("the surfaces of the tests are closed: each edge is walked once in each direction", "[surface]") {
