@@ -169,9 +169,6 @@ Equilibrium solve_linear_equilibrium(const Discretization& d, const MeshHierarch
   return result;
 }
 
-/// How many differences of iterates the corotational iteration mixes. From 5 on bending cantilevers hardly gain.
-constexpr int mixing_depth = 5;
-
 /// Solving with the rotations of the last iterate is a fixed-point iteration. From rest its first step stretches a
 /// bending body so far that residual and energy rise by orders of magnitude before the rotations catch up; a rule that
 /// wants them to fall stops right there. Every step is therefore taken whole. Alone the steps crawl or oscillate once

@@ -13,9 +13,6 @@
 namespace finegauge {
 namespace {
 
-/// As in static equilibrium: bending bodies hardly gain from more differences than these.
-constexpr int mixing_depth = 5;
-
 /// Impulses [N s] that the round-off of the positions alone can cause (as in static equilibrium).
 double impulse_round_off(const TissueMesh& mesh, const TissueState& state, double tau) {
   const Material& material = mesh.d.shapes.material();

@@ -29,12 +29,17 @@ void count() { calls.fetch_add(1, std::memory_order_relaxed); }
 // own, so free stays as it is.
 extern "C" {
 
-// NOLINTBEGIN(bugprone-reserved-identifier): the C library's names
+#ifdef __clang__
+#pragma clang diagnostic push
+#pragma clang diagnostic ignored "-Wreserved-identifier"  // the C library's names
+#endif
 void* __libc_malloc(std::size_t size);
 void* __libc_calloc(std::size_t count, std::size_t size);
 void* __libc_realloc(void* block, std::size_t size);
 void* __libc_memalign(std::size_t alignment, std::size_t size);
-// NOLINTEND(bugprone-reserved-identifier)
+#ifdef __clang__
+#pragma clang diagnostic pop
+#endif
 
 void* malloc(std::size_t size) noexcept {
   count();

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "benchmarks/report/chart.hpp"
 #include "benchmarks/report/chart_text.hpp"

@@ -22,7 +22,7 @@ double checked_maximum(std::span<const double> eta) {
   return maximum;
 }
 
-void check_range(const char* name, double value, bool inside, const char* range) {
+void require_range(const char* name, double value, bool inside, const char* range) {
   if (!inside) throw std::invalid_argument(std::string(name) + " is " + std::to_string(value) + ", must be " + range);
 }
 
@@ -52,7 +52,7 @@ std::vector<int> ascending_cells(std::span<const Candidate> candidates) {
 }  // namespace
 
 std::vector<int> mark_maximum(std::span<const double> eta, double theta) {
-  check_range("theta", theta, theta > 0.0 && theta <= 1.0, "in (0, 1]");
+  require_range("theta", theta, theta > 0.0 && theta <= 1.0, "in (0, 1]");
   const double threshold = theta * checked_maximum(eta);
   std::vector<int> marked;
   for (std::size_t cell = 0; cell < eta.size(); ++cell)
@@ -61,7 +61,7 @@ std::vector<int> mark_maximum(std::span<const double> eta, double theta) {
 }
 
 std::vector<int> mark_bulk(std::span<const double> eta, double theta) {
-  check_range("theta", theta, theta > 0.0 && theta <= 1.0, "in (0, 1]");
+  require_range("theta", theta, theta > 0.0 && theta <= 1.0, "in (0, 1]");
   const double maximum = checked_maximum(eta);
   std::vector<Candidate> candidates = nonzero_candidates(eta);
   if (candidates.empty()) return {};
@@ -82,7 +82,7 @@ std::vector<int> mark_bulk(std::span<const double> eta, double theta) {
 }
 
 std::vector<int> mark_fraction(std::span<const double> eta, double share) {
-  check_range("share", share, share >= 0.0 && share <= 1.0, "in [0, 1]");
+  require_range("share", share, share >= 0.0 && share <= 1.0, "in [0, 1]");
   checked_maximum(eta);
   std::vector<Candidate> candidates = nonzero_candidates(eta);
   // At least the share, so that a positive one always makes progress; the slack keeps 0.3 of 10 cells at three.
@@ -94,7 +94,7 @@ std::vector<int> mark_fraction(std::span<const double> eta, double share) {
 }
 
 std::vector<int> mark_above(std::span<const double> eta, double threshold) {
-  check_range("threshold", threshold, threshold >= 0.0, ">= 0");
+  require_range("threshold", threshold, threshold >= 0.0, ">= 0");
   checked_maximum(eta);
   std::vector<int> marked;
   for (std::size_t cell = 0; cell < eta.size(); ++cell)

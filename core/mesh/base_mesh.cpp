@@ -5,11 +5,11 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "core/mesh/position_text.hpp"
+
 namespace finegauge {
 
 namespace {
-
-constexpr std::array<const char*, 3> axis_names = {"x", "y", "z"};
 
 void check(const std::array<std::vector<double>, 3>& coordinates, const std::optional<RemovedBlock>& removed) {
   for (int axis = 0; axis < 3; ++axis) {

@@ -1,9 +1,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 #include "core/mesh/base_mesh.hpp"
+#include "core/mesh/position_text.hpp"
 
 namespace finegauge {
 
@@ -12,7 +12,8 @@ namespace {
 struct FaceRecord {
   std::array<int, 4> nodes;  ///< ascending
   BaseFace face;
-  auto operator<=>(const FaceRecord&) const = default;
+  auto operator<=>(const FaceRecord&) const =
+      default;  // NOLINT(modernize-use-nullptr): a comparison with 0 of the compiler's
 };
 
 /// All faces of all cells; those of one node set next to each other, ascending by cell.
@@ -29,13 +30,6 @@ std::vector<FaceRecord> sorted_faces(const BaseMesh& mesh) {
     }
   std::sort(records.begin(), records.end());
   return records;
-}
-
-std::string describe(const Eigen::Vector3d& position) {
-  std::ostringstream text;
-  text.precision(6);
-  text << "(" << position.x() << ", " << position.y() << ", " << position.z() << ")";
-  return text.str();
 }
 
 std::string find_bad_cell_nodes(const BaseMesh& mesh, int cell) {

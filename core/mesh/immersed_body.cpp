@@ -11,18 +11,10 @@
 #include <utility>
 
 #include "core/mesh/material_share.hpp"
+#include "core/mesh/position_text.hpp"
 
 namespace finegauge {
 namespace {
-
-constexpr std::array<const char*, 3> axis_names = {"x", "y", "z"};
-
-std::string describe(const Eigen::Vector3d& X) {
-  std::ostringstream text;
-  text.precision(6);
-  text << "(" << X.x() << ", " << X.y() << ", " << X.z() << ")";
-  return text.str();
-}
 
 void check_surface(const TriangleSurface& surface) {
   if (surface.triangles.empty()) throw std::invalid_argument("surface: it has no triangles");

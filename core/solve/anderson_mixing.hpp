@@ -5,6 +5,9 @@
 
 namespace finegauge {
 
+/// How many differences of iterates the corotational iterations mix. From 5 on bending cantilevers hardly gain.
+inline constexpr int mixing_depth = 5;
+
 /// Accelerates a fixed-point iteration x <- x + g(x) from its last few steps (Anderson 1965; Walker & Ni 2011, type
 /// II): the combination of the stored iterates whose g is smallest is found by least squares, and the step is taken
 /// from it. On a linear problem it is GMRES in disguise; like that it also converges where the plain iteration

@@ -84,9 +84,9 @@ Material turning_material() {
 }
 
 void widen(InterpolationErrors& worst, const InterpolationErrors& next) {
-  worst.row_sum = larger(worst.row_sum, next.row_sum);
-  worst.linear = larger(worst.linear, next.linear);
-  worst.conformity = larger(worst.conformity, next.conformity);
+  worst.row_sum = larger_error(worst.row_sum, next.row_sum);
+  worst.linear = larger_error(worst.linear, next.linear);
+  worst.conformity = larger_error(worst.conformity, next.conformity);
   worst.chains += next.chains;
   worst.lost += next.lost;
   worst.hanging = std::max(worst.hanging, next.hanging);
@@ -230,8 +230,8 @@ InterpolationErrors interpolation_errors(const RefinementForest& forest, const M
       linear += T.weight[k] * mesh.nodes.col(master);
     }
     errors.chains += !T.hangs(node) && (last != first + 1 || T.master[first] != T.reduced_of[node]);
-    errors.row_sum = larger(errors.row_sum, std::abs(sum));
-    errors.linear = larger(errors.linear, linear.norm() / size);
+    errors.row_sum = larger_error(errors.row_sum, std::abs(sum));
+    errors.linear = larger_error(errors.linear, linear.norm() / size);
   }
   if (errors.chains > 0) return errors;  // nothing can be expanded
   std::mt19937 generator(17);
@@ -312,17 +312,18 @@ NullSpaceRow null_space(const HistoryBody& body, std::span<const std::uint32_t> 
     row.most_hanging = std::max(row.most_hanging, d.hanging.hanging_count());
     row.fewest_modes = std::min(row.fewest_modes, modes);
     row.most_modes = std::max(row.most_modes, modes);
-    row.largest_zero = larger(row.largest_zero, std::abs(values[5]) / largest);
-    row.smallest_stiff = -larger(-row.smallest_stiff, -values[6] / largest);
+    row.largest_zero = larger_error(row.largest_zero, std::abs(values[5]) / largest);
+    row.smallest_stiff = -larger_error(-row.smallest_stiff, -values[6] / largest);
     for (int motion = 0; motion < 6; ++motion) {
       const Eigen::Vector3d axis = Eigen::Vector3d::Unit(motion % 3);
       const Eigen::VectorXd r = gather(d.hanging, at_nodes(d.mesh, [&](const Eigen::Vector3d& X) -> Eigen::Vector3d {
                                          return motion < 3 ? axis : axis.cross(X);
                                        }));
-      row.rigid_force = larger(row.rigid_force, (A * r).norm() / (largest * r.norm()));
+      row.rigid_force = larger_error(row.rigid_force, (A * r).norm() / (largest * r.norm()));
     }
     const Eigen::MatrixXd assembled = to_sparse(assemble_stiffness(d, rest)).toDense();
-    row.assembly_error = larger(row.assembly_error, (assembled - A).cwiseAbs().maxCoeff() / A.cwiseAbs().maxCoeff());
+    row.assembly_error =
+        larger_error(row.assembly_error, (assembled - A).cwiseAbs().maxCoeff() / A.cwiseAbs().maxCoeff());
   }
   return row;
 }
@@ -382,17 +383,18 @@ RoundTripRow make_round_trips(const HistoryBody& body, const std::string& what, 
       TransferLedger ledger;
       state = transfer_state(mesh, state, next, &ledger);
       mesh = std::move(next);
-      row.momentum = larger(row.momentum, ledger.momentum_change);
+      row.momentum = larger_error(row.momentum, ledger.momentum_change);
     };
     const double kinetic = tissue_energy(mesh, state).kinetic;
     for (int trip = 0; trip < trips; ++trip) {
       for (const ForestOperation& operation : the_case.there) carry(operation);
       if (trip == 0) row.came_to_hang += came_to_hang(start.d, mesh.d);
       for (auto done = the_case.there.rbegin(); done != the_case.there.rend(); ++done) carry({done->path, {}});
-      row.drift = larger(row.drift, (state.u - u).cwiseAbs().maxCoeff<Eigen::PropagateNaN>() / u.cwiseAbs().maxCoeff());
+      row.drift =
+          larger_error(row.drift, (state.u - u).cwiseAbs().maxCoeff<Eigen::PropagateNaN>() / u.cwiseAbs().maxCoeff());
       if (trip > 0) continue;
       row.largest_change = row.drift;
-      row.kinetic_growth = larger(row.kinetic_growth, tissue_energy(mesh, state).kinetic / kinetic - 1.0);
+      row.kinetic_growth = larger_error(row.kinetic_growth, tissue_energy(mesh, state).kinetic / kinetic - 1.0);
       change_of_v += (state.v - v).squaredNorm();
       size_of_v += v.squaredNorm();
     }

@@ -50,7 +50,7 @@ MeshImprint imprint(const RefinementForest& forest, const HistoryBody& body);
 std::string difference(const MeshImprint& a, const MeshImprint& b, bool handles = false);
 
 /// Of two errors, and not a number when either is none, so that no error gets lost.
-inline double larger(double a, double b) { return std::isnan(a) || b <= a ? a : b; }
+inline double larger_error(double a, double b) { return std::isnan(a) || b <= a ? a : b; }
 
 /// The statements, as property.hpp wants them.
 ///

@@ -71,7 +71,7 @@ EvidenceTable table_of(const std::vector<ShrinkRow>& rows) {
 template <class Row, class Value>
 double largest_of(const std::vector<Row>& rows, const Value& value) {
   double largest = -std::numeric_limits<double>::infinity();
-  for (const Row& row : rows) largest = larger(largest, static_cast<double>(value(row)));
+  for (const Row& row : rows) largest = larger_error(largest, static_cast<double>(value(row)));
   return largest;
 }
 template <class Row, class Value>
@@ -140,9 +140,9 @@ void claim_round_trips(const std::vector<RoundTripRow>& rows, Evidence& evidence
   for (const RoundTripRow& row : rows) {
     (row.came_to_hang == 0 ? changed : rounded) += row.changed;
     most_trips = std::max(most_trips, row.trips);
-    momentum = larger(momentum, row.momentum);
+    momentum = larger_error(momentum, row.momentum);
     if (row.body == "cut" || row.what != "2x2x2") continue;
-    growth = larger(growth, row.kinetic_growth);
+    growth = larger_error(growth, row.kinetic_growth);
   }
   evidence.claim("displacements_changed_where_no_node_comes_to_hang", changed, 0, 0, "copied both ways");
   evidence.claim(

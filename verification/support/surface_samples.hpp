@@ -74,8 +74,8 @@ inline TriangleSurface turned(TriangleSurface surface) {
   return surface;
 }
 
-/// What it encloses, by the divergence theorem.
-inline double enclosed_volume(const TriangleSurface& surface) {
+/// What it encloses, by the divergence theorem over its triangles: not the formula of the core, which it judges.
+inline double volume_by_divergence(const TriangleSurface& surface) {
   double volume = 0.0;
   for (const auto& [a, b, c] : surface.triangles) {
     Eigen::Matrix3d corners;

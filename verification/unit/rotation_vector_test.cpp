@@ -1,7 +1,6 @@
 #include "core/needle/rotation_vector.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <random>
 
 #include "verification/support/catch.hpp"

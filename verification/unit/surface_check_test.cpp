@@ -132,7 +132,7 @@ TEST_CASE("a sound surface passes unchanged and without a note", "[surface][chec
 
 TEST_CASE("repairs leave the surface in space as it is and say what they did", "[surface][check]") {
   const TriangleSurface sound = rounded_sphere();
-  const double volume = enclosed_volume(sound);
+  const double volume = volume_by_divergence(sound);
   using Notes = std::vector<std::string>;
 
   SECTION("vertices that no triangle uses, though they be nowhere") {
@@ -145,7 +145,7 @@ TEST_CASE("repairs leave the surface in space as it is and say what they did", "
     const CheckedSurface checked = check_surface(given, "");
     CHECK(checked.notes == Notes{"dropped 2 vertices that no triangle uses"});
     CHECK(checked.surface.vertices.cols() == 18);
-    CHECK(enclosed_volume(checked.surface) == Approx(volume).epsilon(1e-14));
+    CHECK(volume_by_divergence(checked.surface) == Approx(volume).epsilon(1e-14));
   }
   SECTION("corners of each triangle written anew, one with the other sign of zero") {
     TriangleSurface given;
@@ -187,43 +187,43 @@ TEST_CASE("repairs leave the surface in space as it is and say what they did", "
     CHECK(checked.notes[0].find("of no area by splitting the neighbour at its long side") != std::string::npos);
     CHECK(checked.surface.vertices.cols() == 10);
     CHECK(checked.surface.triangles.size() == 16);
-    CHECK(enclosed_volume(checked.surface) == Approx(1.0).epsilon(1e-15));
+    CHECK(volume_by_divergence(checked.surface) == Approx(1.0).epsilon(1e-15));
     CHECK(check_surface(checked.surface, "").notes.empty());
   }
   SECTION("a surface inside out") {
     const CheckedSurface checked = check_surface(turned(sound), "");
     CHECK(checked.notes == Notes{"turned all triangles: the surface was inside out"});
-    CHECK(enclosed_volume(checked.surface) == Approx(volume).epsilon(1e-14));
+    CHECK(volume_by_divergence(checked.surface) == Approx(volume).epsilon(1e-14));
   }
 }
 
 TEST_CASE("separate shells are bodies, or cavities where they are turned", "[surface][check]") {
   const TriangleSurface big = octasphere(2, 1.0, {0, 0, 0}), small = octasphere(1, 0.5, {0.1, 0, 0});
   const TriangleSurface inner = octasphere(1, 0.2, {0.1, 0, 0}), away = octasphere(1, 0.5, {3, 0, 0});
-  const double hollow = enclosed_volume(big) - enclosed_volume(small);
+  const double hollow = volume_by_divergence(big) - volume_by_divergence(small);
   using Notes = std::vector<std::string>;
 
   SECTION("two bodies") {
     const CheckedSurface checked = check_surface(together(big, away), "");
     CHECK(checked.notes == Notes{"found 2 separate shells, 0 of them around cavities"});
-    CHECK(enclosed_volume(checked.surface) == Approx(enclosed_volume(big) + enclosed_volume(away)));
+    CHECK(volume_by_divergence(checked.surface) == Approx(volume_by_divergence(big) + volume_by_divergence(away)));
   }
   SECTION("two bodies, one inside out") {
     const CheckedSurface checked = check_surface(together(big, turned(away)), "");
     REQUIRE(checked.notes.size() == 2);
     CHECK(checked.notes[0].rfind("turned 1 shell of 2: inside out, the first with triangle 128 near (3.", 0) == 0);
-    CHECK(enclosed_volume(checked.surface) == Approx(enclosed_volume(big) + enclosed_volume(away)));
+    CHECK(volume_by_divergence(checked.surface) == Approx(volume_by_divergence(big) + volume_by_divergence(away)));
   }
   SECTION("a cavity, and a body in it") {
     const CheckedSurface checked = check_surface(together(together(turned(small), inner), big), "");
     CHECK(checked.notes == Notes{"found 3 separate shells, 1 of them around cavities"});
-    CHECK(enclosed_volume(checked.surface) == Approx(hollow + enclosed_volume(inner)));
+    CHECK(volume_by_divergence(checked.surface) == Approx(hollow + volume_by_divergence(inner)));
   }
   SECTION("a cavity, inside out as a whole") {
     const CheckedSurface checked = check_surface(together(turned(big), small), "");
     REQUIRE(checked.notes.size() == 2);
     CHECK(checked.notes[0] == "turned all triangles: the surface was inside out");
-    CHECK(enclosed_volume(checked.surface) == Approx(hollow));
+    CHECK(volume_by_divergence(checked.surface) == Approx(hollow));
   }
   SECTION("a shell in another of the same orientation says nothing") {
     const std::string found = surface_refusal(together(big, small));

@@ -8,6 +8,7 @@
 
 #include "core/scene/scene_error.hpp"
 #include "verification/support/catch.hpp"
+#include "verification/support/scene_text.hpp"
 #include "verification/support/surface_samples.hpp"
 #include "verification/support/temporary_file.hpp"
 
@@ -153,12 +154,6 @@ bool same_triangles(TriangleSurface a, TriangleSurface b) {
   return a.vertices == b.vertices && a.triangles == b.triangles;
 }
 
-std::string changed(std::string text, const std::string& from, const std::string& to) {
-  const std::size_t at = text.find(from);
-  REQUIRE(at != std::string::npos);
-  return text.replace(at, from.size(), to);
-}
-
 }  // namespace
 
 TEST_CASE("a sphere is the same surface out of every format", "[surface][reader]") {
@@ -168,7 +163,7 @@ TEST_CASE("a sphere is the same surface out of every format", "[surface][reader]
   const bool big = true, little = false;
   const std::vector<std::pair<std::string, std::string>> files = {
       {"sphere.stl", text_stl(sphere)},
-      {"sphere.STL", changed(text_stl(sphere), "solid a sphere", "solid")},
+      {"sphere.STL", replaced(text_stl(sphere), "solid a sphere", "solid")},
       {"sphere.stl", binary_stl(sphere)},
       {"sphere.obj", obj_text(sphere)},
       {"sphere.ply", text_ply(sphere)},
@@ -215,14 +210,14 @@ TEST_CASE("a surface file that is not what we read is refused with place, findin
   const std::vector<Case> cases = {
       {"a.stl", "", "1: the file is empty"},
       {"a.stl", "solid\nendsolid\n", "2: text STL: found no facet, allowed one or more"},
-      {"a.stl", changed(stl, "outer", "inner"), "3: text STL: found \"inner\", allowed \"outer\""},
-      {"a.stl", changed(stl, "vertex 1", "vertex one"), "4: coordinate: found \"one\", allowed a finite number"},
-      {"a.stl", changed(stl, "vertex 1", "vertex inf"), "4: coordinate: found \"inf\", allowed a finite number"},
-      {"a.stl", changed(stl, "endsolid a sphere\n", ""), "58: endsolid: found the end of the file"},
+      {"a.stl", replaced(stl, "outer", "inner"), "3: text STL: found \"inner\", allowed \"outer\""},
+      {"a.stl", replaced(stl, "vertex 1", "vertex one"), "4: coordinate: found \"one\", allowed a finite number"},
+      {"a.stl", replaced(stl, "vertex 1", "vertex inf"), "4: coordinate: found \"inf\", allowed a finite number"},
+      {"a.stl", replaced(stl, "endsolid a sphere\n", ""), "58: endsolid: found the end of the file"},
       {"a.stl", binary_stl(sphere).substr(0, 400),
        " byte 80: number of triangles: found 8, which take 400 bytes, and 316 bytes after it, allowed as many as it "
        "announces"},
-      {"a.stl", changed(binary_stl(sphere), std::string("\0\0\x80\x3f", 4), std::string("\0\0\xc0\x7f", 4)),
+      {"a.stl", replaced(binary_stl(sphere), std::string("\0\0\x80\x3f", 4), std::string("\0\0\xc0\x7f", 4)),
        " byte 96: coordinate: found nan, allowed a finite number"},
       {"a.obj", points + "f 1 2 4\n", "4: corner of face: found vertex 4, allowed 1 to 3"},
       {"a.obj", points + "f 1 2 0\n",
@@ -235,27 +230,27 @@ TEST_CASE("a surface file that is not what we read is refused with place, findin
       {"a.obj", points + "curv 0 1\n",
        "4: OBJ: found \"curv\", allowed v, f, comments and what is skipped: vt, vn, g, o, s, usemtl, mtllib, l, p and "
        "the like"},
-      {"a.ply", changed(ply, "ply\n", "plx\n"), "1: ply: found \"plx\", allowed \"ply\" at the start"},
-      {"a.ply", changed(ply, "ascii", "binary"),
+      {"a.ply", replaced(ply, "ply\n", "plx\n"), "1: ply: found \"plx\", allowed \"ply\" at the start"},
+      {"a.ply", replaced(ply, "ascii", "binary"),
        "2: format: found \"binary\", allowed ascii, binary_little_endian or binary_big_endian"},
-      {"a.ply", changed(ply, "1.0", "1.1"), "2: format version: found \"1.1\", allowed 1.0"},
-      {"a.ply", changed(ply, "double y", "double v"), "4: element vertex: found 0 properties y, allowed one"},
-      {"a.ply", changed(ply, "list uchar int vertex", "list float int vertex"),
+      {"a.ply", replaced(ply, "1.0", "1.1"), "2: format version: found \"1.1\", allowed 1.0"},
+      {"a.ply", replaced(ply, "double y", "double v"), "4: element vertex: found 0 properties y, allowed one"},
+      {"a.ply", replaced(ply, "list uchar int vertex", "list float int vertex"),
        "12: length of list: found a type with decimals, allowed a whole type"},
-      {"a.ply", changed(ply, "face 8", "face 2000000000"),
+      {"a.ply", replaced(ply, "face 8", "face 2000000000"),
        "21: element face: found 2000000000 announced, which take 8000000000 bytes or more, allowed what the 97 bytes "
        "left can hold"},
-      {"a.ply", changed(changed(ply, "int view", "int v\x1b[2J"), "2 17 18", "x 17 18"),
+      {"a.ply", replaced(replaced(ply, "int view", "int v\x1b[2J"), "2 17 18", "x 17 18"),
        "21: v?[2J: found \"x\", allowed a whole number in [0, 2147483647]"},
-      {"a.ply", changed(ply, "face 8", "face 7"),
+      {"a.ply", replaced(ply, "face 8", "face 7"),
        "28: end of data: found more than the header announces, allowed nothing"},
-      {"a.ply", changed(ply, "3 0 1 2", "3 0 1 6"),
+      {"a.ply", replaced(ply, "3 0 1 2", "3 0 1 6"),
        "22: vertex_indices: found \"6\", allowed a whole number in [0, 5]"},
-      {"a.ply", changed(ply, "3 0 1 2", "2 0 1 2"),
+      {"a.ply", replaced(ply, "3 0 1 2", "2 0 1 2"),
        "22: corners of face: found \"2\", allowed a whole number in [3, 10000000]"},
       {"a.msh", gmsh(sphere, true).substr(0, 100), "12: $EndNodes: found the end of the file"},
-      {"a.msh", changed(gmsh(sphere, true), "1 2 2 0 1 5 15 25", "1 1 2 0 1 5 15"), "accepted"},
-      {"a.msh", changed(gmsh(sphere, true), "1 2 2 0 1 5 15 25", "1 3 2 0 1 5 15 25 35"),
+      {"a.msh", replaced(gmsh(sphere, true), "1 2 2 0 1 5 15 25", "1 1 2 0 1 5 15"), "accepted"},
+      {"a.msh", replaced(gmsh(sphere, true), "1 2 2 0 1 5 15 25", "1 3 2 0 1 5 15 25 35"),
        "15: element 1: found a quadrangle (3), allowed triangles (2)"},
       {"a.dat", points,
        "1: surface: found \"v 0 0 0 v 1 0 0 v 0 ...\", allowed STL, PLY or gmsh by content or extension (.stl, .ply, "
