@@ -12,8 +12,7 @@ namespace {
 struct FaceRecord {
   std::array<int, 4> nodes;  ///< ascending
   BaseFace face;
-  auto operator<=>(const FaceRecord&) const =
-      default;  // NOLINT(modernize-use-nullptr): a comparison with 0 of the compiler's
+  auto operator<=>(const FaceRecord&) const = default;  // NOLINT(modernize-use-nullptr): the compiler's own 0
 };
 
 /// All faces of all cells; those of one node set next to each other, ascending by cell.
