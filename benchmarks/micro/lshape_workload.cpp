@@ -51,8 +51,7 @@ std::unique_ptr<LshapeWorkload> uniform_workload(int dofs) {
 std::unique_ptr<LshapeWorkload> adaptive_workload(int dofs) {
   std::unique_ptr<LshapeWorkload> work = solved(lshape_problem());
   while (work->discretization.dof_count() < dofs) {
-    const std::vector<int> marked =
-        mark_maximum({work->estimate.eta.data(), static_cast<std::size_t>(work->estimate.eta.size())}, lshape_theta);
+    const std::vector<int> marked = mark_maximum(work->eta(), lshape_theta);
     LshapeProblem problem = std::move(work->problem);
     refine_marked(problem.forest, work->discretization.mesh, marked);
     work = solved(std::move(problem));

@@ -15,9 +15,7 @@ void transfer_to_refined(benchmark::State& state) {
   const LshapeWorkload& work = lshape_workload(state);
   RefinementForest forest = work.problem.forest;
   const Mesh& coarse = work.discretization.mesh;
-  refine_marked(
-      forest, coarse,
-      mark_maximum({work.estimate.eta.data(), static_cast<std::size_t>(work.estimate.eta.size())}, lshape_theta));
+  refine_marked(forest, coarse, mark_maximum(work.eta(), lshape_theta));
   const Mesh fine = forest.leaf_mesh();
   Eigen::Matrix3Xd u;
   for (auto _ : state) {

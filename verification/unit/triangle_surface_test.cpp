@@ -31,7 +31,7 @@ TEST_CASE("the surfaces of the tests are closed: each edge is walked once in eac
       CHECK(count == 1);
       CHECK(walks.contains({edge[1], edge[0]}));
     }
-    CHECK_THAT(enclosed_volume(surface), WithinRel(volume_by_divergence(surface), 1e-12));
+    CHECK_THAT(enclosed_volume(surface), WithinRel(volume_by_divergence(surface), 1e-12));  // sums of hundreds of terms
     CHECK(enclosed_volume(surface) > 0.0);
     const int edges = static_cast<int>(walks.size()) / 2, genus = &surface == &surfaces[3] ? 1 : 0;
     CHECK(static_cast<int>(surface.vertices.cols()) - edges + surface.triangle_count() == 2 - 2 * genus);
